@@ -1,0 +1,116 @@
+"""`active-set`: the closed form where it holds, else the exact hierarchy, warm from the last tick.
+
+Its memory is the active set alone, so that a logged tick can be resolved again exactly.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from taskopt.arrays import Array, StateArray
+from taskopt.jit import kernel
+from taskopt.problem.certificate import certify_kernel
+from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.layout import Layout
+from taskopt.problem.resolution import Resolution, Status, answer_size
+from taskopt.resolver.base import Memory
+from taskopt.resolver.normal_tick import normal_tick
+from taskopt.resolver.working_set import walk
+
+_STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
+
+
+@dataclass(frozen=True)
+class ActiveSet:
+    """Exact lexicographic optimum of levels with equalities and inequalities, inside hard limits.
+
+    `shortcut`: whether the closed form of a normal tick is tried first (it never changes the
+    answer). Status INFEASIBLE where hard limits contradict each other; ITERATION_LIMIT after
+    `iterations` factorisations.
+    """
+
+    shortcut: bool = True
+    iterations: int = 500
+    name: str = "active-set"
+    strict: bool = True
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        layout = hierarchy.layout
+        guess = _no_guess(layout) if memory is None else memory.state
+        if hierarchy.norm.ndim == 2:
+            from taskopt.resolver.whitening import resolve_whitened
+
+            return resolve_whitened(self, hierarchy, guess)
+        state = guess.copy()
+        answer = np.empty(answer_size(layout))
+        code, rounds = resolve_kernel(
+            hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns,
+            self.shortcut, self.iterations, state, answer,
+        )
+        resolution = Resolution(hierarchy, answer, state, _STATUS[code], rounds)
+        return resolution, Memory(state)
+
+    def twin(self, hierarchy: Hierarchy) -> Array:
+        from taskopt.resolver.closed_form import task_priority
+
+        return task_priority(hierarchy)
+
+
+@lru_cache(maxsize=64)
+def _no_guess(layout: Layout) -> StateArray:
+    return np.zeros(layout.n + layout.row_count, dtype=np.int8)
+
+
+@kernel
+def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answer):
+    """One tick: closed form if it is accepted, else the walk; then the certificate.
+
+    Fills `answer` (x, multipliers, certificate) and `state`; returns (status code, factorisations),
+    zero factorisations meaning the closed form.
+    """
+    n, rows, levels = norm.size, offsets[-1], offsets.size - 2
+    width = n + rows
+    A = buffer[: rows * n].reshape((rows, n))
+    bounds = buffer[rows * n :]
+    lower, upper, weight = bounds[:rows], bounds[rows : 2 * rows], bounds[2 * rows : 3 * rows]
+    box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n :]
+    x = answer[:n]
+    y = answer[n : n + (levels + 1) * width].reshape((levels + 1, width))
+    residuals = answer[n + (levels + 1) * width :].reshape((levels + 1, 4))
+    code, rounds = 0, 0
+    if not shortcut or not normal_tick(
+        A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y
+    ):
+        code, rounds = _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y)
+    certify_kernel(buffer, norm, offsets, x, y, residuals)
+    if not np.isfinite(x).all():
+        code = 3
+    return code, rounds
+
+
+@kernel
+def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y):
+    """Scale (rows by √w, unknowns by √W), walk, and scale back."""
+    n, rows = norm.size, lower.size
+    S, scale, root = np.empty((rows, n)), np.empty(rows), np.empty(rows)
+    low, high = np.empty(rows), np.empty(rows)
+    stretch = np.sqrt(norm)
+    for i in range(rows):
+        root[i] = 1.0 if i < offsets[1] else np.sqrt(weight[i])
+        squared = 0.0
+        for j in range(n):
+            S[i, j] = A[i, j] * root[i] / stretch[j]
+            squared += A[i, j] * A[i, j] / norm[j]
+        scale[i] = root[i] * max(1.0, np.sqrt(squared))
+        low[i], high[i] = lower[i] * root[i], upper[i] * root[i]
+    code, rounds = walk(S, scale, low, high, box_lower * stretch, box_upper * stretch, offsets, state, limit, x, y)
+    for j in range(n):
+        x[j] /= stretch[j]
+        if state[j] != 0:
+            x[j] = box_upper[j] if state[j] > 0 else box_lower[j]
+        x[j] = min(max(x[j], box_lower[j]), box_upper[j])
+        y[:, j] *= stretch[j]
+    for i in range(rows):
+        y[:, n + i] *= root[i]
+    return code, rounds
