@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from taskopt.arrays import Array, StateArray
+from taskopt.arrays import Array
 from taskopt.jit import kernel
 from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
@@ -16,6 +16,7 @@ from taskopt.problem.layout import Layout
 from taskopt.problem.resolution import Resolution, Status, answer_size
 from taskopt.resolver.base import Memory
 from taskopt.resolver.normal_tick import normal_tick
+from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
 _STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
@@ -37,12 +38,10 @@ class ActiveSet:
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         layout = hierarchy.layout
-        guess = _no_guess(layout) if memory is None else memory.state
+        memory = memory or _nothing_active(layout)
         if hierarchy.norm.ndim == 2:
-            from taskopt.resolver.whitening import resolve_whitened
-
-            return resolve_whitened(self, hierarchy, guess)
-        state = guess.copy()
+            return resolve_whitened(self, hierarchy, memory)
+        state = memory.state.copy()
         answer = np.empty(answer_size(layout))
         code, rounds = resolve_kernel(
             hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns,
@@ -58,8 +57,8 @@ class ActiveSet:
 
 
 @lru_cache(maxsize=64)
-def _no_guess(layout: Layout) -> StateArray:
-    return np.zeros(layout.n + layout.row_count, dtype=np.int8)
+def _nothing_active(layout: Layout) -> Memory:
+    return Memory(np.zeros(layout.n + layout.row_count, dtype=np.int8))
 
 
 @kernel
@@ -84,8 +83,8 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     ):
         code, rounds = _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y)
     certify_kernel(buffer, norm, offsets, x, y, residuals)
-    if not np.isfinite(x).all():
-        code = 3
+    if not (np.isfinite(x).all() and np.isfinite(residuals).all()):
+        code = 3  # a row that was not a number
     return code, rounds
 
 

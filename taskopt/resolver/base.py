@@ -1,0 +1,72 @@
+"""What every resolver is: (hierarchy, memory) → (resolution, memory)."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from taskopt.arrays import Array, StateArray
+from taskopt.problem.certificate import certify_kernel
+from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.resolution import Resolution, Status, answer_size
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What a resolver carries from one tick to the next: the final active set, (n + M,), -1, 0, +1.
+
+    A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
+    """
+
+    state: StateArray
+
+
+@runtime_checkable
+class Resolver(Protocol):
+    """Resolves one tick; `strict` says whether priorities are exact, so that answers may be compared."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def strict(self) -> bool: ...
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        """The answer, and what the next tick should be told."""
+        ...
+
+    def twin(self, hierarchy: Hierarchy) -> Array:
+        """x (n,) of the closed form of the same problem; it knows no inequality and no limit."""
+        ...
+
+
+def answered(
+    hierarchy: Hierarchy,
+    x: Array,
+    multipliers: Array,
+    state: StateArray,
+    status: Status,
+    iterations: int = 0,
+) -> tuple[Resolution, Memory]:
+    """Pack x (n,) and multipliers (levels + 1, n + M) with their certificate."""
+    layout = hierarchy.layout
+    answer = np.empty(answer_size(layout))
+    answer[: layout.n] = x
+    stop = layout.n + multipliers.size
+    answer[layout.n : stop] = multipliers.ravel()
+    residuals = answer[stop:].reshape(layout.level_count + 1, 4)
+    certify_kernel(
+        hierarchy.buffer, hierarchy.norm.ravel(), layout.offsets, answer[: layout.n],
+        answer[layout.n : stop].reshape(layout.level_count + 1, -1), residuals,
+    )
+    if not np.isfinite(answer[: layout.n]).all() and status is Status.SOLVED:
+        status = Status.FAILED
+    return Resolution(hierarchy, answer, state, status, iterations), Memory(state)
+
+
+def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tuple[Resolution, Memory]:
+    """x = NaN: nothing here may be sent to a robot."""
+    width = hierarchy.n + hierarchy.layout.row_count
+    multipliers = np.zeros((hierarchy.layout.level_count + 1, width))
+    nothing = np.zeros(width, dtype=np.int8)
+    return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, nothing, status, iterations)

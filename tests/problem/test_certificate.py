@@ -1,0 +1,86 @@
+"""The certificate accepts what is optimal, and catches each lie."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.oracles import random_hierarchy
+
+from taskopt.problem.certificate import RESIDUALS, certify
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.resolver.active_set import ActiveSet
+
+SEEDS = st.integers(0, 2**32 - 1)
+UNIT = Hierarchy([Level([[1.0]], [0.0])], box=([-np.inf], [1.0]))  # min ½x² s.t. x ≤ 1
+
+
+@pytest.mark.parametrize(
+    ("residual", "x", "y"),
+    [
+        ("stationarity", 0.5, 0.0),
+        ("primal", 2.0, -2.0),
+        ("dual", 1.0, -1.0),
+        ("complementarity", 0.5, 0.5),
+    ],
+)
+def test_each_residual_catches_its_own_lie(residual, x, y):
+    """Minimise ½x² subject to x ≤ 1: the optimum is x = 0 with y = 0, and nothing else passes."""
+    multipliers = np.array([[y, 0.0], [0.0, -x]])
+    residuals = certify(UNIT, np.array([x]), multipliers).residuals[0]
+    assert residuals[RESIDUALS.index(residual)] > 0.1
+
+
+def test_the_optimum_passes():
+    """x = 0 with no multiplier has no residual at all."""
+    assert certify(UNIT, np.zeros(1), np.zeros((2, 2))).worst == 0.0
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=100)
+def test_any_other_point_is_refused(seed):
+    """Moved by 1e-3 in any direction, an optimum is no longer proven by its multipliers."""
+    hierarchy = random_hierarchy(seed)
+    resolution, _ = ActiveSet()(hierarchy)
+    assert resolution.certified()
+    direction = np.random.default_rng(seed).standard_normal(hierarchy.n)
+    moved = resolution.x + 1e-3 * direction / np.linalg.norm(direction)
+    assert not certify(hierarchy, moved, resolution.multipliers).proves()
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=100)
+def test_a_wrong_sign_of_any_multiplier_is_caught(seed):
+    """Each multiplier that matters, turned round at the level where it first counts, is refused."""
+    hierarchy = random_hierarchy(seed)
+    resolution, _ = ActiveSet()(hierarchy)
+    for row in resolution.active:
+        wrong = resolution.multipliers.copy()
+        column = next(j for j in np.flatnonzero(resolution.state) if _is(resolution, j, row))
+        if abs(row.multiplier) > 1e-6:
+            wrong[row.level - 1, column] *= -1.0
+            own = column >= hierarchy.n and hierarchy.layout.offsets[row.level] <= column - hierarchy.n
+            assert own or not certify(hierarchy, resolution.x, wrong).proves()
+
+
+def _is(resolution, column, row):
+    return resolution.active[int(np.flatnonzero(np.flatnonzero(resolution.state) == column)[0])] == row
+
+
+def test_a_row_that_was_needed_by_an_earlier_level_may_pull_either_way_later():
+    """x ≤ 1 stops level 1 (x = 2); level 2 (x = 0) then pushes the other way, and that is optimal."""
+    hierarchy = Hierarchy([Level([[1.0]], [2.0]), Level([[1.0]], [0.0])], box=([-5.0], [1.0]))
+    x = np.array([1.0])
+    multipliers = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, -1.0, 0.0]])
+    assert certify(hierarchy, x, multipliers).proves()
+
+
+def test_levels_in_the_wrong_order_are_refused():
+    """The optimum of the swapped hierarchy is not proven for this one by any sign of multipliers."""
+    first, second = Level([[1.0, 0.0]], [1.0]), Level([[1.0, 0.0]], [0.0])
+    answer, _ = ActiveSet()(Hierarchy([second, first]))
+    assert not certify(Hierarchy([first, second]), answer.x, answer.multipliers).proves()
+
+
+def test_not_a_number_is_never_a_proof():
+    """NaN has an infinite residual."""
+    assert certify(UNIT, np.array([np.nan]), np.zeros((2, 2))).worst == np.inf
