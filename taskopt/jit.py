@@ -35,7 +35,7 @@ event.register("numba:compile", _Announce())
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile with Numba: IEEE arithmetic, division by zero gives inf, cached on disk."""
-    compiled = numba.njit(cache=True, error_model="numpy", fastmath=False)(function)
+    compiled = numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})(function)
     _watch_callees(compiled)
     return compiled
 

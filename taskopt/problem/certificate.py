@@ -63,7 +63,7 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     """
     residuals = np.empty((hierarchy.layout.level_count + 1, len(RESIDUALS)))
     certify_kernel(
-        hierarchy.buffer, hierarchy.norm.ravel(), hierarchy.layout.offsets,
+        hierarchy.buffer, hierarchy.norm.ravel(), hierarchy.layout.offsets, hierarchy.layout.columns,
         np.ascontiguousarray(x, dtype=np.float64),
         np.ascontiguousarray(multipliers, dtype=np.float64), residuals,
     )
@@ -71,59 +71,19 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
 
 
 @kernel
-def certify_kernel(buffer, norm, offsets, x, y, out):
+def certify_kernel(buffer, norm, offsets, columns, x, y, out):
     """Fill `out` (levels + 1, 4) with the residuals of (x, y); the formula is the module's."""
-    n, rows = x.size, offsets[-1]
-    levels = offsets.size - 2
-    if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        out[:] = np.inf  # max() drops a NaN, so it would pass every comparison below
-        return
+    n, rows, levels = x.size, offsets[-1], offsets.size - 2
     A = buffer[: rows * n].reshape((rows, n))
     bounds = buffer[rows * n :]
     lower, upper, weight = bounds[:rows], bounds[rows : 2 * rows], bounds[2 * rows : 3 * rows]
-    box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n :]
-    value = A @ x
-    settled = np.zeros(n + rows, dtype=np.bool_)
-    primal = 0.0
-    for j in range(n):
-        gap = max(box_lower[j] - x[j], x[j] - box_upper[j])
-        primal = max(primal, gap / max(1.0, abs(x[j])))
-        settled[j] = box_lower[j] == box_upper[j]
-    for i in range(rows):
-        gap = max(lower[i] - value[i], value[i] - upper[i])
-        scale = max(1.0, abs(value[i]))
-        for j in range(n):
-            scale = max(scale, abs(A[i, j] * x[j]))
-        if i < offsets[1]:
-            primal = max(primal, gap / scale)
-            settled[n + i] = lower[i] == upper[i]
-        else:
-            settled[n + i] = lower[i] == upper[i] or gap > _AT_BOUND * scale
+    box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n : 3 * rows + 2 * n]
+    value, settled = np.empty(rows), np.zeros(n + rows, dtype=np.bool_)
+    primal = _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled)
     gradient = np.empty(n)
     for k in range(levels + 1):
-        own, end = offsets[k + 1], offsets[min(k + 2, levels + 1)]
-        gradient[:] = 0.0
-        largest = 1.0
-        for i in range(end):
-            if i < own:
-                factor = y[k, n + i]
-            else:
-                factor = weight[i] * (value[i] - min(max(value[i], lower[i]), upper[i]))
-            if factor != 0.0:
-                for j in range(n):
-                    term = factor * A[i, j]
-                    gradient[j] += term
-                    largest = max(largest, abs(term))
-        for j in range(n):
-            gradient[j] += y[k, j]
-            largest = max(largest, abs(y[k, j]))
-            if k == levels:
-                if norm.size == n:
-                    term = norm[j] * x[j]
-                else:
-                    term = norm[j * n : (j + 1) * n] @ x
-                gradient[j] += term
-                largest = max(largest, abs(term))
+        own = offsets[k + 1]
+        largest = _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y[k], gradient)
         stationarity, dual, complementarity = 0.0, 0.0, 0.0
         for j in range(n):
             stationarity = max(stationarity, abs(gradient[j]))
@@ -131,9 +91,10 @@ def certify_kernel(buffer, norm, offsets, x, y, out):
             dual, complementarity = max(dual, wrong), max(complementarity, slack)
             settled[j] |= wrong == 0.0 and abs(y[k, j]) > _AT_BOUND * largest
         for i in range(own):
-            wrong, slack = _sign(y[k, n + i], value[i], lower[i], upper[i], settled[n + i])
-            dual, complementarity = max(dual, wrong), max(complementarity, slack)
-            settled[n + i] |= wrong == 0.0 and abs(y[k, n + i]) > _AT_BOUND * largest
+            if y[k, n + i] != 0.0 and not settled[n + i]:
+                wrong, slack = _sign(y[k, n + i], value[i], lower[i], upper[i], False)
+                dual, complementarity = max(dual, wrong), max(complementarity, slack)
+                settled[n + i] = wrong == 0.0 and abs(y[k, n + i]) > _AT_BOUND * largest
         out[k, 0] = stationarity / largest
         out[k, 1] = primal
         out[k, 2] = dual / largest
@@ -141,6 +102,68 @@ def certify_kernel(buffer, norm, offsets, x, y, out):
         for residual in range(4):
             if np.isnan(out[k, residual]):
                 out[k, residual] = np.inf
+
+
+@kernel
+def _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled):
+    """A x into `value`; rows whose multiplier may have either sign into `settled`; the worst violation."""
+    n = x.size
+    primal = 0.0
+    for j in range(n):
+        gap = max(box_lower[j] - x[j], x[j] - box_upper[j])
+        primal = max(primal, gap / max(1.0, abs(x[j])))
+        settled[j] = box_lower[j] == box_upper[j]
+    missing = np.isnan(x).any()
+    for i in range(lower.size):
+        scale = 1.0
+        if columns[i] >= 0:
+            value[i] = x[columns[i]]
+        else:
+            total = 0.0
+            for j in range(n):
+                term = A[i, j] * x[j]
+                total += term
+                scale = max(scale, abs(term))
+            value[i] = total
+        gap = max(lower[i] - value[i], value[i] - upper[i])
+        missing |= np.isnan(gap)
+        settled[n + i] = lower[i] == upper[i]
+        if i < offsets[1]:
+            primal = max(primal, gap / scale)
+        else:
+            settled[n + i] |= gap > _AT_BOUND * scale
+    return np.inf if missing else primal
+
+
+@kernel
+def _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y, gradient):
+    """Own gradient of level k plus multipliers times rows, into `gradient` (n,); the largest term."""
+    n, rows, levels = x.size, lower.size, offsets.size - 2
+    own, end = offsets[k + 1], offsets[min(k + 2, levels + 1)]
+    largest = 1.0
+    for j in range(n):
+        gradient[j] = y[j]
+        largest = max(largest, abs(y[j]))
+        if k == levels:
+            term = norm[j] * x[j] if norm.size == n else norm[j * n : (j + 1) * n] @ x
+            gradient[j] += term
+            largest = max(largest, abs(term))
+    for i in range(end):
+        if i < own:
+            factor = y[n + i]
+        else:
+            factor = weight[i] * (value[i] - min(max(value[i], lower[i]), upper[i]))
+        if factor == 0.0:
+            continue
+        if columns[i] >= 0:
+            gradient[columns[i]] += factor
+            largest = max(largest, abs(factor))
+        else:
+            for j in range(n):
+                term = factor * A[i, j]
+                gradient[j] += term
+                largest = max(largest, abs(term))
+    return largest
 
 
 @kernel

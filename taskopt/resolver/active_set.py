@@ -82,8 +82,10 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
         A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y
     ):
         code, rounds = _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y)
-    certify_kernel(buffer, norm, offsets, x, y, residuals)
-    if not (np.isfinite(x).all() and np.isfinite(residuals).all()):
+    certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
+    if code == 2:
+        x[:] = np.nan  # a compromise between contradicting limits is not for a robot
+    elif not (np.isfinite(x).all() and np.isfinite(residuals).all()):
         code = 3  # a row that was not a number
     return code, rounds
 

@@ -56,7 +56,7 @@ def answered(
     answer[layout.n : stop] = multipliers.ravel()
     residuals = answer[stop:].reshape(layout.level_count + 1, 4)
     certify_kernel(
-        hierarchy.buffer, hierarchy.norm.ravel(), layout.offsets, answer[: layout.n],
+        hierarchy.buffer, hierarchy.norm.ravel(), layout.offsets, layout.columns, answer[: layout.n],
         answer[layout.n : stop].reshape(layout.level_count + 1, -1), residuals,
     )
     if not np.isfinite(answer[: layout.n]).all() and status is Status.SOLVED:

@@ -28,6 +28,9 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
     n, rows = x.size, low.size
     target, goal = np.empty(rows), np.empty(n)
     value, ahead = np.empty(rows), np.empty(rows)
+    if _crossed(low, high, box_low, box_high, offsets):
+        x[:] = np.nan
+        return INFEASIBLE, 0
     _guess(low, high, box_low, box_high, state, n)
     zero_steps, stalls, fresh = 0, 0, True
     for iteration in range(1, limit + 1):
@@ -62,6 +65,18 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
             state[leaving] = _beyond(low, high, scale, state[leaving], leaving - n, ahead)
         stalls = stalls + 1 if zero_steps > 20 or iteration > 60 else 0
     return NOT_DONE, limit
+
+
+@kernel
+def _crossed(low, high, box_low, box_high, offsets):
+    """Whether a hard interval is empty."""
+    for j in range(box_low.size):
+        if box_low[j] > box_high[j]:
+            return True
+    for i in range(offsets[1]):
+        if low[i] > high[i]:
+            return True
+    return False
 
 
 @kernel

@@ -1,0 +1,92 @@
+"""Contradicting hard limits: found, named, and minimal."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.problem.resolution import Status
+from taskopt.resolver.active_set import ActiveSet
+from taskopt.resolver.conflict import Side, conflict
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def random_limits(seed: int) -> Hierarchy:
+    """A box and rows that contradict each other in about half of the cases."""
+    rng = np.random.default_rng(seed)
+    n, rows = int(rng.integers(2, 7)), int(rng.integers(1, 6))
+    middle = rng.standard_normal(rows) * 1.5
+    limits = Level(rng.standard_normal((rows, n)), lower=middle, upper=middle + rng.uniform(0.1, 1.0, rows))
+    return Hierarchy([Level(np.eye(n), np.ones(n))], box=(-np.full(n, 0.4), np.full(n, 0.4)), limits=limits)
+
+
+def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> bool:
+    """Whether the sides kept have a common point: a linear program, by an independent solver."""
+    layout, rows, bounds = hierarchy.layout, [], []
+    low = [*hierarchy.box_lower, *hierarchy.limits.lower]
+    high = [*hierarchy.box_upper, *hierarchy.limits.upper]
+    names = [hierarchy.bound_name(j, True) for j in range(hierarchy.n)] + list(layout.row_names)
+    for row, name, lower, upper in zip([*np.eye(hierarchy.n), *hierarchy.limits.A], names, low, high, strict=False):
+        for side, sign, bound in (("lower", -1.0, lower), ("upper", 1.0, upper)):
+            if np.isfinite(bound) and (all_sides or Side(name, side, float(bound)) in kept):
+                rows.append(sign * row)
+                bounds.append(sign * bound)
+    result = linprog(np.zeros(hierarchy.n), A_ub=rows, b_ub=bounds, bounds=(None, None))
+    return bool(result.status == 0)
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=80)
+def test_a_conflict_is_found_exactly_where_a_linear_program_finds_none(seed):
+    """Phase one by least squares and phase one by the simplex method agree."""
+    hierarchy = random_limits(seed)
+    found = conflict(hierarchy)
+    assert (found is None) == can_hold(hierarchy, set(), all_sides=True)
+    assert (ActiveSet()(hierarchy)[0].status is Status.INFEASIBLE) == (found is not None)
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=80)
+def test_removing_any_one_member_makes_it_feasible(seed):
+    """The set named is minimal: it cannot hold, and every set with one member less can."""
+    hierarchy = random_limits(seed)
+    found = conflict(hierarchy)
+    if found is None:
+        return
+    members = set(found.members)
+    assert not can_hold(hierarchy, members)
+    for member in members:
+        assert can_hold(hierarchy, members - {member})
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=40)
+def test_the_relaxation_is_enough(seed):
+    """With each side moved by what is named, the limits agree."""
+    hierarchy = random_limits(seed)
+    found = conflict(hierarchy)
+    if found is None:
+        return
+    for side, gap in found.relaxation:
+        names = list(hierarchy.layout.row_names)
+        target = hierarchy.lower if side.side == "lower" else hierarchy.upper
+        index = names.index(side.name) if side.name in names else None
+        if index is None:
+            target = hierarchy.box_lower if side.side == "lower" else hierarchy.box_upper
+            index = hierarchy.layout.unknowns.index(side.name.split("/")[1])
+        target[index] += (gap + 1e-8) * (1.0 if side.side == "upper" else -1.0)
+    assert conflict(hierarchy) is None
+
+
+def test_a_crossed_interval_names_both_its_sides():
+    """A bound pair that became empty after it was declared is its own conflict."""
+    hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), unknowns=["elbow"])
+    hierarchy.box_lower[0] = 2.0
+    found = conflict(hierarchy)
+    assert found is not None
+    assert str(found).startswith("these limits exclude each other: box/elbow ≥ 2; box/elbow ≤ 1")
+    assert sum(gap for _, gap in found.relaxation) == pytest.approx(1.0)
+    assert ActiveSet()(hierarchy)[0].status is Status.INFEASIBLE
