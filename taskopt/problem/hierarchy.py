@@ -103,7 +103,7 @@ class Hierarchy:
         self.layout = _layout(ranks, limits, n, unknowns)
         self.norm = checked_norm(norm, n)
         self.buffer = np.empty(self.layout.size)
-        self.owner = np.zeros((2, n), dtype=np.int8)
+        self.owner[:] = 0.0
         stacked = ([limits] if limits else []) + ranks
         if stacked:
             self.A[:] = np.vstack([level.A for level in stacked])
@@ -116,15 +116,15 @@ class Hierarchy:
         _ordered(self.box_lower, self.box_upper, "box")
 
     @staticmethod
-    def view(layout: Layout, buffer: Array, owner: np.ndarray, norm: Array) -> "Hierarchy":
+    def view(layout: Layout, buffer: Array, norm: Array) -> "Hierarchy":
         """A hierarchy over arrays that somebody else fills; nothing is copied or checked."""
         self = object.__new__(Hierarchy)
-        self.layout, self.buffer, self.owner, self.norm = layout, buffer, owner, norm
+        self.layout, self.buffer, self.norm = layout, buffer, norm
         return self
 
     def copy(self) -> "Hierarchy":
         """The same problem in memory of its own."""
-        return Hierarchy.view(self.layout, self.buffer.copy(), self.owner.copy(), self.norm)
+        return Hierarchy.view(self.layout, self.buffer.copy(), self.norm)
 
     @property
     def n(self) -> int:
@@ -150,11 +150,16 @@ class Hierarchy:
 
     @cached_property
     def box_lower(self) -> Array:
-        return self._part(self.layout.size - 2 * self.n, self.n)
+        return self._part(self.layout.size - 4 * self.n, self.n)
 
     @cached_property
     def box_upper(self) -> Array:
-        return self._part(self.layout.size - self.n, self.n)
+        return self._part(self.layout.size - 3 * self.n, self.n)
+
+    @cached_property
+    def owner(self) -> Array:
+        """(2, n): which of `layout.owners` each lower and each upper bound of the box comes from."""
+        return self._part(self.layout.size - 2 * self.n, 2 * self.n).reshape(2, self.n)
 
     @cached_property
     def limits(self) -> LevelRows:
@@ -177,7 +182,7 @@ class Hierarchy:
 
     def bound_name(self, j: int, upper: bool) -> str:
         """Name of the limit that the bound on unknown j comes from, and of the unknown."""
-        owner = self.layout.owners[self.owner[int(upper), j]]
+        owner = self.layout.owners[int(self.owner[int(upper), j])]
         return f"{owner}/{self.layout.unknowns[j]}"
 
     def _part(self, start: int, length: int) -> Array:

@@ -71,8 +71,13 @@ class Layout:
 
     @cached_property
     def size(self) -> int:
-        """Length of the buffer: A (M n), lower, upper, weight (M each), box lower, upper (n each)."""
-        return self.row_count * (self.n + 3) + 2 * self.n
+        """Length of the buffer: A (M n), lower, upper, weight (M each), box lower, upper, owners (n each)."""
+        return self.row_count * (self.n + 3) + 4 * self.n
+
+    @cached_property
+    def answer_size(self) -> int:
+        """Length of an answer: x (n), multipliers (levels + 1)(n + M), certificate (levels + 1) 4, buffer."""
+        return self.n + (self.level_count + 1) * (self.n + self.row_count + 4) + self.size
 
     def rows_of_level(self, level: int) -> slice:
         return slice(int(self.offsets[level]), int(self.offsets[level + 1]))

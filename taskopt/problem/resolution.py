@@ -1,6 +1,5 @@
 """The answer to a hierarchy: x, what each task still lacks, what binds, and the proof."""
 
-from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
@@ -10,7 +9,6 @@ import numpy as np
 from taskopt.arrays import Array, StateArray
 from taskopt.problem.certificate import RESIDUALS, TOLERANCE, Certificate
 from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.layout import Layout
 
 
 class Status(Enum):
@@ -35,29 +33,27 @@ class Active(NamedTuple):
         return f"{self.name} {self.side}"
 
 
-def answer_size(layout: Layout) -> int:
-    """Length of an answer: x (n), multipliers (levels + 1)(n + M), certificate (levels + 1) 4."""
-    return layout.n + (layout.level_count + 1) * (layout.n + layout.row_count + len(RESIDUALS))
-
-
-@dataclass(eq=False)
 class Resolution:
-    """x with its multipliers and certificate, and the hierarchy it answers.
+    """x with its multipliers and certificate, and a copy of the hierarchy it answers.
 
-    `answer` is a flat array (see `answer_size`), `state` (n + M) is -1 where a lower bound is in the
-    final active set, +1 for an upper one, else 0. Everything else is derived when asked for.
+    `answer` is a flat array (see `Layout.answer_size`) that ends with the hierarchy's buffer, so that a
+    resolution stays true when the next tick overwrites the hierarchy; `source` lends layout and norm.
+    `state` (n + M) is -1 where a lower bound is in the final active set, +1 for an upper one, else 0.
+    Everything else is derived when asked for.
     """
 
-    problem: Hierarchy
-    answer: Array
-    state: StateArray
-    status: Status
-    iterations: int = 0
+    def __init__(
+        self, source: Hierarchy, answer: Array, state: StateArray, status: Status, iterations: int = 0
+    ) -> None:
+        self.source, self.answer, self.state = source, answer, state
+        self.status, self.iterations = status, iterations
+        self.x: Array = answer[: source.layout.n]  # the unknowns, (n,)
 
     @cached_property
-    def x(self) -> Array:
-        """The unknowns, (n,)."""
-        return self.answer[: self.problem.n]
+    def problem(self) -> Hierarchy:
+        """The hierarchy as it was when it was resolved."""
+        layout = self.source.layout
+        return Hierarchy.view(layout, self.answer[-layout.size :], self.source.norm)
 
     @property
     def v(self) -> Array:
@@ -67,7 +63,7 @@ class Resolution:
     @cached_property
     def multipliers(self) -> Array:
         """(levels + 1, n + M): what box and rows cost each level, the last row for the norm."""
-        layout = self.problem.layout
+        layout = self.source.layout
         width = layout.n + layout.row_count
         stop = layout.n + (layout.level_count + 1) * width
         return self.answer[layout.n : stop].reshape(layout.level_count + 1, width)
@@ -75,8 +71,10 @@ class Resolution:
     @cached_property
     def certificate(self) -> Certificate:
         """KKT residuals by level; for a closed form, of an answer that claims nothing."""
-        levels = self.problem.layout.level_count + 1
-        return Certificate(self.answer[-levels * len(RESIDUALS) :].reshape(levels, len(RESIDUALS)))
+        layout = self.source.layout
+        levels = layout.level_count + 1
+        stop = layout.answer_size - layout.size
+        return Certificate(self.answer[stop - levels * len(RESIDUALS) : stop].reshape(levels, len(RESIDUALS)))
 
     @property
     def claimed(self) -> bool:
@@ -89,8 +87,11 @@ class Resolution:
 
     @cached_property
     def active(self) -> tuple[Active, ...]:
-        """Rows in the final active set, by name: limits first, then inequality tasks."""
-        return tuple(self._active_row(int(i)) for i in np.flatnonzero(self.state))
+        """Limits and inequalities in the final active set, by name; what is an equality never counts."""
+        problem, binds = self.problem, self.state != 0
+        binds[: problem.n] &= problem.box_lower < problem.box_upper
+        binds[problem.n :] &= problem.lower < problem.upper
+        return tuple(self._active_row(int(i)) for i in np.flatnonzero(binds))
 
     @cached_property
     def residuals(self) -> dict[str, Array]:
@@ -112,3 +113,6 @@ class Resolution:
         prices = self.multipliers[:, i]
         level = int(np.argmax(np.abs(prices) > 1e-9 * max(1.0, float(np.abs(prices).max()))))
         return Active(name, "upper" if upper else "lower", float(prices[level]), level + 1)
+
+    def __repr__(self) -> str:
+        return f"Resolution(x={np.array2string(self.x, precision=6)}, {self.status.name}, {self.certificate})"

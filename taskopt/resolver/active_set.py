@@ -13,7 +13,7 @@ from taskopt.jit import kernel
 from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Layout
-from taskopt.problem.resolution import Resolution, Status, answer_size
+from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory
 from taskopt.resolver.normal_tick import normal_tick
 from taskopt.resolver.whitening import resolve_whitened
@@ -38,11 +38,12 @@ class ActiveSet:
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         layout = hierarchy.layout
-        memory = memory or _nothing_active(layout)
+        if memory is None:
+            memory = _nothing_active(layout)
         if hierarchy.norm.ndim == 2:
             return resolve_whitened(self, hierarchy, memory)
         state = memory.state.copy()
-        answer = np.empty(answer_size(layout))
+        answer = np.empty(layout.answer_size)
         code, rounds = resolve_kernel(
             hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns,
             self.shortcut, self.iterations, state, answer,
@@ -65,7 +66,7 @@ def _nothing_active(layout: Layout) -> Memory:
 def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answer):
     """One tick: closed form if it is accepted, else the walk; then the certificate.
 
-    Fills `answer` (x, multipliers, certificate) and `state`; returns (status code, factorisations),
+    Fills `answer` (x, multipliers, certificate, the problem) and `state`; returns (status code, factorisations),
     zero factorisations meaning the closed form.
     """
     n, rows, levels = norm.size, offsets[-1], offsets.size - 2
@@ -73,10 +74,12 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     A = buffer[: rows * n].reshape((rows, n))
     bounds = buffer[rows * n :]
     lower, upper, weight = bounds[:rows], bounds[rows : 2 * rows], bounds[2 * rows : 3 * rows]
-    box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n :]
+    box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n : 3 * rows + 2 * n]
     x = answer[:n]
     y = answer[n : n + (levels + 1) * width].reshape((levels + 1, width))
-    residuals = answer[n + (levels + 1) * width :].reshape((levels + 1, 4))
+    stop = n + (levels + 1) * (width + 4)
+    residuals = answer[n + (levels + 1) * width : stop].reshape((levels + 1, 4))
+    answer[stop:] = buffer
     code, rounds = 0, 0
     if not shortcut or not normal_tick(
         A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y

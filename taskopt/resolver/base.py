@@ -1,18 +1,19 @@
 """What every resolver is: (hierarchy, memory) → (resolution, memory)."""
 
-from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.resolution import Resolution, Status, answer_size
+from taskopt.problem.resolution import Resolution, Status
 
 
-@dataclass(frozen=True, eq=False)
-class Memory:
+_COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy
+
+
+class Memory(NamedTuple):
     """What a resolver carries from one tick to the next: the final active set, (n + M,), -1, 0, +1.
 
     A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
@@ -50,11 +51,13 @@ def answered(
 ) -> tuple[Resolution, Memory]:
     """Pack x (n,) and multipliers (levels + 1, n + M) with their certificate."""
     layout = hierarchy.layout
-    answer = np.empty(answer_size(layout))
+    answer = np.empty(layout.answer_size)
     answer[: layout.n] = x
     stop = layout.n + multipliers.size
     answer[layout.n : stop] = multipliers.ravel()
-    residuals = answer[stop:].reshape(layout.level_count + 1, 4)
+    end = layout.answer_size - layout.size
+    residuals = answer[stop:end].reshape(layout.level_count + 1, 4)
+    answer[end:] = hierarchy.buffer
     certify_kernel(
         hierarchy.buffer, hierarchy.norm.ravel(), layout.offsets, layout.columns, answer[: layout.n],
         answer[layout.n : stop].reshape(layout.level_count + 1, -1), residuals,
@@ -70,3 +73,15 @@ def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tup
     multipliers = np.zeros((hierarchy.layout.level_count + 1, width))
     nothing = np.zeros(width, dtype=np.int8)
     return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, nothing, status, iterations)
+
+
+def final_state(hierarchy: Hierarchy, x: Array, y: Array) -> StateArray:
+    """(n + M,) -1 or +1 where an inequality is violated or has a price at any level, by its nearer bound."""
+    lower = np.concatenate([hierarchy.box_lower, hierarchy.lower])
+    upper = np.concatenate([hierarchy.box_upper, hierarchy.upper])
+    value = np.concatenate([x, hierarchy.A @ x])
+    largest = np.maximum(1.0, np.abs(y).max(axis=1, keepdims=True))
+    held = (np.abs(y) > _COUNTS * largest).any(axis=0)
+    outside = np.maximum(lower - value, value - upper) > _COUNTS * np.maximum(1.0, np.abs(value))
+    side = np.where(np.abs(value - lower) < np.abs(upper - value), -1, 1)
+    return np.where((held | outside) & (lower != upper), side, 0).astype(np.int8)

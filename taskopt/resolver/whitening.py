@@ -22,7 +22,7 @@ def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
     factor = np.linalg.cholesky(hierarchy.norm_matrix()).T
     inverse = solve_triangular(factor, np.eye(n))
     layout = _with_box_as_rows(hierarchy.layout)
-    result = Hierarchy.view(layout, np.empty(layout.size), np.zeros((2, n), dtype=np.int8), np.ones(n))
+    result = Hierarchy.view(layout, np.zeros(layout.size), np.ones(n))
     result.A[:] = np.vstack([inverse, hierarchy.A @ inverse])
     result.lower[:] = np.concatenate([hierarchy.box_lower, hierarchy.lower])
     result.upper[:] = np.concatenate([hierarchy.box_upper, hierarchy.upper])

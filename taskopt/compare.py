@@ -1,0 +1,106 @@
+"""One scenario, several resolvers, side by side: who tracks, who keeps the limits, who can prove it.
+
+The resolvers take turns tick by tick, each on its own robot: one clock, one load of the machine.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taskopt.errors import NotSolved
+from taskopt.record.batch import Batch
+from taskopt.record.recorder import RunInfo
+from taskopt.record.violation import LimitGauge
+from taskopt.resolver.base import Resolver
+from taskopt.run import Step, run
+from taskopt.scenario import Scenario
+
+
+@dataclass
+class Tally:
+    """What the steps of one resolver come to; figures are lists with one entry a tick."""
+
+    resolver: str
+    gauge: LimitGauge
+    tracking: list[float] = field(default_factory=list)  # [m], or the first task's unit
+    position_excess: float = 0.0  # largest, after the step [rad, m]
+    velocity_excess: float = 0.0  # largest [rad/s, m/s]
+    twin_distances: list[float] = field(default_factory=list)  # where no row binds [rad/s]
+    path_difference: float = 0.0  # largest ‖q ⊖ q of the reference‖∞ at the same tick [rad, m]
+    certificates: list[float] = field(default_factory=list)
+    claimed: int = 0
+    certified: int = 0
+    seconds: list[float] = field(default_factory=list)
+    bound: Counter[str] = field(default_factory=Counter)  # ticks by name of what is active
+    stopped: str = ""  # why, if it did not get through
+
+    @property
+    def ticks(self) -> int:
+        return len(self.seconds)
+
+    def add(self, step: Step) -> None:
+        """Take one step in."""
+        self.tracking.append(tracking_error(step))
+        batch = Batch((step,))
+        if self.gauge.keeps_positions:
+            over = float(self.gauge.position_violation(batch)[0])
+            self.position_excess = max(self.position_excess, over)
+        self.velocity_excess = max(self.velocity_excess, float(self.gauge.velocity_violation(batch)[0]))
+        if step.free:
+            self.twin_distances.append(step.twin_distance)
+        self.certificates.append(step.resolution.certificate.worst)
+        self.claimed += step.resolution.claimed
+        self.certified += step.resolution.certified()
+        self.seconds.append(step.seconds)
+        self.bound.update({str(active) for active in step.resolution.active})
+
+    def follow(self, step: Step, reference: Step) -> None:
+        """Take in how far this path is from the reference's at the same tick."""
+        robot = self.gauge.info.scenario.robot
+        apart = np.abs(robot.difference(reference.q_next, step.q_next)).max()
+        self.path_difference = max(self.path_difference, float(apart))
+
+
+class Comparison:
+    """Runs a scenario with several resolvers; `tallies` has the figures so far.
+
+    Iterating yields the steps of all, tick by tick. A resolver that finds no answer ends there, with
+    the reason in its tally, and the others go on; where it is the only one, `NotSolved` is raised.
+    The reference of path differences is `pinv` if it is among them, else the first.
+    """
+
+    def __init__(self, scenario: Scenario, resolvers: Sequence[Resolver]) -> None:
+        self.scenario = scenario
+        self.resolvers = tuple(resolvers)
+        names = [resolver.name for resolver in resolvers]
+        self.reference = "pinv" if "pinv" in names else names[0]
+        gauge = LimitGauge(RunInfo(scenario, tuple(names)))
+        self.tallies = {name: Tally(name, gauge) for name in names}
+
+    def __iter__(self) -> Iterator[Step]:
+        lanes = {resolver.name: run(self.scenario, resolver) for resolver in self.resolvers}
+        for _ in range(self.scenario.ticks):
+            steps = {}
+            for name in list(lanes):
+                try:
+                    steps[name] = next(lanes[name])
+                except NotSolved as error:
+                    if len(self.resolvers) == 1:
+                        raise
+                    self.tallies[name].stopped = str(error)
+                    del lanes[name]
+            for name, step in steps.items():
+                self.tallies[name].add(step)
+                if self.reference in steps:
+                    self.tallies[name].follow(step, steps[self.reference])
+            yield from steps.values()
+
+
+def tracking_error(step: Step) -> float:
+    """‖e‖ of the first task: of its rows in metres if it has any [m], else of all of them."""
+    block = next(block for block in step.hierarchy.layout.blocks if block.level > 0)
+    metres = np.array([unit.startswith("m") for unit in block.row_units])
+    error = step.errors[block.name]
+    return float(np.linalg.norm(error[metres] if metres.any() else error))

@@ -1,0 +1,7 @@
+"""Limits: what holds whatever the tasks want."""
+
+from taskopt.limit.base import BoundLimit as BoundLimit
+from taskopt.limit.base import Limit as Limit
+from taskopt.limit.base import RowLimit as RowLimit
+from taskopt.limit.joint_position import JointPositionLimit as JointPositionLimit
+from taskopt.limit.joint_velocity import JointVelocityLimit as JointVelocityLimit

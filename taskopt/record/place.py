@@ -1,0 +1,50 @@
+"""Room in the scene: where each resolver's robot stands, and where the camera is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Size of the scene: robots stand side by side so that none hides another."""
+
+    lower: Array  # (3,) of one robot with its task [m]
+    upper: Array
+    flat: bool  # a robot in the x-y plane, seen from above
+    columns: int
+
+    @property
+    def size(self) -> float:
+        """Largest extent of one robot [m]."""
+        return float((self.upper - self.lower).max())
+
+    def offset(self, index: int) -> Array:
+        """Where the base of a resolver's robot stands, (3,) [m]."""
+        row, column = divmod(index, self.columns)
+        span = self.upper - self.lower
+        if self.flat:
+            return np.array([column * 1.15 * span[0], -row * 1.15 * span[1], 0.0])
+        return np.array([-row * (1.2 * span[0] + 0.3), column * (1.1 * span[1] + 0.35), 0.0])
+
+    def eye(self, count: int) -> tuple[Array, Array, Array]:
+        """Position, look-at point and up direction of a camera that sees `count` robots."""
+        offsets = np.array([self.offset(i) for i in range(count)])
+        lower, upper = (self.lower + offsets).min(axis=0), (self.upper + offsets).max(axis=0)
+        centre, span = 0.5 * (lower + upper), float(np.linalg.norm(upper - lower))
+        if self.flat:
+            return centre + [0.0, 0.0, 1.0 * span], centre, np.array([0.0, 1.0, 0.0])
+        toward = np.array([1.0, -0.55 if count == 1 else -0.25, 0.4])
+        return centre + 0.95 * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
+
+
+def place_for(parts: list[Array], count: int) -> Place:
+    """Room for a robot at the start and for the paths that its references take."""
+    points = np.concatenate(parts)
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    span = upper - lower
+    flat = bool(span[2] < 0.05 * span.max())
+    columns = count if count <= 3 else -(-count // 2)
+    return Place(lower, upper, flat, columns)

@@ -1,0 +1,117 @@
+"""The figures of a run or of a comparison, as a table for a terminal."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from rich import box
+from rich.columns import Columns
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from taskopt.compare import Tally
+
+_COLUMNS: tuple[tuple[str, Callable[[Tally], str]], ...] = (
+    ("tracking\nmax [m]", lambda t: _figure(max(t.tracking, default=np.nan))),
+    ("\nrms [m]", lambda t: _figure(_rms(t.tracking))),
+    ("over\n[rad]", lambda t: _figure(t.position_excess)),
+    ("limits\n[rad/s]", lambda t: _figure(t.velocity_excess)),
+    ("closed\nform", lambda t: _figure(max(t.twin_distances, default=np.nan))),
+    ("nothing\nbinds", lambda t: _share(len(t.twin_distances), t.ticks)),
+    ("path\n[rad]", lambda t: _figure(t.path_difference)),
+    ("certi-\nficate", lambda t: _figure(max(t.certificates, default=np.nan))),
+    ("claim-\ned", lambda t: _share(t.claimed, t.ticks)),
+    ("certi-\nfied", lambda t: _share(t.certified, t.ticks)),
+    ("p50\n[µs]", lambda t: _microseconds(t.seconds, 50)),
+    ("p99\n[µs]", lambda t: _microseconds(t.seconds, 99)),
+)
+LEGEND = (
+    "tracking: error of the first task, its rows in metres; over limits: largest position after the step, "
+    "largest velocity; closed form: largest difference to it on the same problem [rad/s], over the ticks "
+    "where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up to "
+    "1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
+)
+
+
+def table(tallies: Iterable[Tally], title: str = "") -> Table:
+    """One row a resolver; it fits 120 columns."""
+    out = Table(title=title or None, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    out.add_column("resolver", no_wrap=True)
+    for heading, _ in _COLUMNS:
+        out.add_column(Text(heading), justify="right", no_wrap=True)
+    for tally in tallies:
+        out.add_row(tally.resolver, *(cell(tally) for _, cell in _COLUMNS))
+    return out
+
+
+def show(tallies: Iterable[Tally], console: Console, reference: str, title: str = "") -> None:
+    """Print the table, what its columns mean, what bound most, and who stopped early."""
+    tallies = list(tallies)
+    console.print(table(tallies, title))
+    console.print(LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
+    held: dict[str, list[str]] = {}
+    for tally in tallies:
+        if tally.bound:
+            held.setdefault(_most_bound(tally), []).append(tally.resolver)
+    for limits, names in held.items():
+        console.print(f"{', '.join(names)} held by: {limits} of the ticks", highlight=False, markup=False)
+    for tally in tallies:
+        if tally.stopped:
+            console.print(f"stopped: {tally.stopped}", style="bold red", highlight=False, markup=False)
+
+
+def _most_bound(tally: Tally, count: int = 4) -> str:
+    """The names that were active most often, as shares of the ticks."""
+    most = tally.bound.most_common(count)
+    return ", ".join(f"{name} {_share(ticks, tally.ticks)}" for name, ticks in most)
+
+
+def show_inventory(console: Console) -> None:
+    """Robots, resolvers, solvers with the line that installs them, scenarios."""
+    from taskopt.resolver.registry import resolver_names
+    from taskopt.robot import robot_names
+    from taskopt.scenario import scenario_files
+    from taskopt.solver.registry import solvers
+
+    robots = robot_names()
+    if robots:
+        console.print(Text("robots", style="bold"))
+        console.print(Columns(robots, padding=(0, 2)))
+    else:
+        console.print("no named robots; install them with: pip install 'taskopt[robots]'", markup=False)
+    rows = Table("solver", "method", "installed", box=box.SIMPLE_HEAD, pad_edge=False)
+    for solver in solvers():
+        rows.add_row(
+            solver.name, solver.method, "yes" if solver.installed else f"no: pip install {solver.install}"
+        )
+    console.print(rows)
+    plain = [name for name in resolver_names() if "/" not in name]
+    console.print(f"resolvers: {', '.join(plain)}, wqp/<solver>, hqp/<solver>", highlight=False)
+    files = ", ".join(map(str, scenario_files())) or "none in tasks/ of this folder"
+    console.print(f"scenarios: {files}", highlight=False, markup=False)
+
+
+def _figure(value: float) -> str:
+    """Two digits; nothing where there is none, 0 for what is not over."""
+    if np.isnan(value):
+        return "–"
+    return f"{value:.1e}" if value > 0.0 else "0"
+
+
+def _share(count: int, ticks: int) -> str:
+    """Per cent, rounded so that 100 % means all and 0 % none."""
+    if ticks == 0:
+        return "–"
+    percent = 100.0 * count / ticks
+    if 0 < count < ticks:
+        percent = min(max(percent, 0.01), 99.99)
+        return f"{percent:.2f} %" if percent > 99.5 or percent < 0.5 else f"{percent:.0f} %"
+    return f"{percent:.0f} %"
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if values else np.nan
+
+
+def _microseconds(seconds: list[float], percentile: float) -> str:
+    return f"{1e6 * float(np.percentile(seconds, percentile)):.1f}" if seconds else "–"

@@ -1,0 +1,1 @@
+"""Resolvers: (hierarchy, memory) → (resolution, memory), and their names."""

@@ -1,0 +1,169 @@
+"""`hqp/<solver>`: one quadratic program a level, in the null space of the levels before.
+
+A level is first asked for exactly, as equality rows with the least norm; that keeps a raw answer
+accurate where normal equations would square the condition number. Where limits forbid it, the level
+is solved in least squares, its residuals are frozen, and the rows that hold it back are frozen with
+them. Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.multipliers import find_multipliers
+from taskopt.problem.resolution import Resolution, Status
+from taskopt.resolver.base import Memory, answered, final_state, unanswered
+from taskopt.resolver.cascade import (
+    PRICED,
+    VIOLATED,
+    Rows,
+    Split,
+    frozen,
+    least_norm,
+    least_violation,
+    split,
+)
+from taskopt.resolver.closed_form import inverse_root, row_scale, task_priority
+from taskopt.solver.registry import solver
+
+_ACCURACY = 1e-11  # KKT residual asked for; the Hessian is the identity, so this is the error in ξ
+
+
+@dataclass(frozen=True)
+class HierarchicalQP:
+    """Strict priorities with any solver. A program that fails leaves its level, and those below, unserved.
+
+    Status INFEASIBLE, with x = NaN, where the hard limits leave nothing (a claim of the solver);
+    ITERATION_LIMIT where a later program failed: x then keeps the limits and the levels before.
+    """
+
+    solver: str
+
+    @property
+    def name(self) -> str:
+        return f"hqp/{self.solver}"
+
+    @property
+    def strict(self) -> bool:
+        return True
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        descent = _Descent(hierarchy, self.solver)
+        for k in range(1, hierarchy.layout.level_count + 1):
+            if not descent.level(k):
+                break
+        else:
+            descent.finish()
+        if not descent.feasible:
+            return unanswered(hierarchy, descent.status, descent.iterations)
+        x = descent.inverse @ descent.xi
+        y = find_multipliers(hierarchy, x)
+        return answered(hierarchy, x, y, final_state(hierarchy, x, y), descent.status, descent.iterations)
+
+    def twin(self, hierarchy: Hierarchy) -> Array:
+        return task_priority(hierarchy)
+
+
+class _Descent:
+    """Down the levels: ξ, the free directions Z, and the rows that still bind."""
+
+    def __init__(self, hierarchy: Hierarchy, name: str) -> None:
+        engine = solver(name)
+        self.hierarchy = hierarchy
+        self.solve = lambda qp: engine(qp, _ACCURACY)
+        self.inverse = inverse_root(hierarchy.norm)
+        self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
+        self.status, self.iterations = Status.SOLVED, 0
+        self.feasible = False  # until a program has been solved, ξ need not keep the limits
+        self.least = False  # whether ξ has the least norm inside the levels so far
+        limits = self._rows(0)
+        equal = limits.lower == limits.upper
+        self.rows = limits.kept(~equal)
+        self._hold(limits.kept(equal))
+
+    def level(self, k: int) -> bool:
+        """Resolve level k; False where no program could be solved."""
+        if self.status is not Status.SOLVED:
+            return False
+        own = self._rows(k)
+        equal = own.lower == own.upper
+        target, wanted = own.kept(equal), own.kept(~equal)
+        root = np.sqrt(self.hierarchy.level(k).weight)
+        met = split(target.G @ self.Z, target.upper - target.G @ self.xi, row_scale(own.G, root))
+        wanted_here = wanted.seen_from(self.xi, self.Z, False)
+        if not len(met.goal) and not len(wanted_here.lower):
+            return True
+        binding = self.rows.seen_from(self.xi, self.Z, self.feasible)
+        exact = least_norm(self.solve, self.Z.T @ self.xi, met, binding.joined(wanted_here))
+        self.iterations += exact.iterations
+        if exact.status is Status.SOLVED:
+            self._advance(exact.x, met.free)
+            self.rows, self.least = self.rows.joined(wanted), True
+            return True
+        return self._compromise(met, wanted, wanted_here, binding)
+
+    def finish(self) -> None:
+        """The least norm of what is still free, where no level has settled it."""
+        if self.least or not self.Z.shape[1] or self.status is not Status.SOLVED:
+            return
+        nothing = split(np.empty((0, self.Z.shape[1])), np.empty(0), 1.0)
+        binding = self.rows.seen_from(self.xi, self.Z, self.feasible)
+        solution = least_norm(self.solve, self.Z.T @ self.xi, nothing, binding)
+        self.iterations += solution.iterations
+        if solution.status is Status.SOLVED:
+            self._advance(solution.x, nothing.free)
+        else:
+            self._stop(solution.status)
+
+    def _compromise(self, met: Split, wanted: Rows, wanted_here: Rows, binding: Rows) -> bool:
+        """Least squares of a level that limits or its own rows forbid; freezes what must hold below."""
+        found = least_violation(self.solve, met, wanted_here, binding)
+        self.iterations += found.iterations
+        if found.status is not Status.SOLVED:
+            self._stop(found.status)
+            return False
+        xi = self.xi + self.Z @ found.z
+        value = wanted.G @ xi
+        gap = np.maximum(wanted.lower - value, value - wanted.upper)
+        violated = gap > VIOLATED * np.maximum(1.0, np.abs(wanted.G * xi).max(axis=1, initial=0.0))
+        price = np.abs(found.multipliers[: len(binding.lower)])
+        priced = price > max(PRICED * float(price.max(initial=0.0)), VIOLATED)
+        free = frozen(met, wanted.kept(violated).G @ self.Z, binding.kept(priced).G)
+        self._advance(found.z, free)
+        self.rows, self.least = self.rows.joined(wanted.kept(~violated)), False
+        return True
+
+    def _advance(self, z: Array, free: Array) -> None:
+        self.xi = self.xi + self.Z @ z
+        self.Z = self.Z @ free
+        self.feasible = True
+
+    def _stop(self, status: Status) -> None:
+        self.status = Status.ITERATION_LIMIT if self.feasible else status
+
+    def _hold(self, fixed: Rows) -> None:
+        """Eliminate the hard equalities; they contradict each other if a residual is left."""
+        if not len(fixed.lower):
+            return
+        held = split(fixed.G, fixed.upper, row_scale(fixed.G, np.ones(1)))
+        self.xi, self.Z = held.decided @ held.goal, held.free
+        left = fixed.G @ self.xi - fixed.upper
+        inside = not self.Z.shape[1] and self.rows.contain(self.xi)
+        if np.abs(left).max() > VIOLATED * max(1.0, float(np.abs(fixed.upper).max())):
+            self.status = Status.INFEASIBLE
+        elif not self.Z.shape[1]:
+            self.feasible, self.least = inside, True
+            self.status = Status.SOLVED if inside else Status.INFEASIBLE
+
+    def _rows(self, k: int) -> Rows:
+        """Rows of level k on ξ, scaled by √w; level 0 is the hard rows with the box before them."""
+        hierarchy, level = self.hierarchy, self.hierarchy.level(k)
+        index = hierarchy.n + int(hierarchy.layout.offsets[k]) + np.arange(len(level.lower))
+        if k:
+            root = np.sqrt(level.weight)
+            return Rows((root[:, None] * level.A) @ self.inverse, root * level.lower, root * level.upper, index)
+        box = Rows(self.inverse, hierarchy.box_lower, hierarchy.box_upper, np.arange(hierarchy.n))
+        rows = box.joined(Rows(level.A @ self.inverse, level.lower, level.upper, index))
+        return rows.kept((rows.lower > -np.inf) | (rows.upper < np.inf))

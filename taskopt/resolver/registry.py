@@ -1,0 +1,49 @@
+"""Resolvers by name: "pinv", "dls", "active-set", "wqp/<solver>", "hqp/<solver>"."""
+
+from collections.abc import Callable
+
+from taskopt.errors import UnknownName
+from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.resolution import Resolution
+from taskopt.resolver.base import Resolver
+from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
+from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.weighted_qp import WeightedQP
+from taskopt.solver.registry import solver, solvers
+
+DEFAULT = "active-set"
+
+
+def _active_set() -> Resolver:
+    from taskopt.resolver.active_set import ActiveSet  # its kernels take a moment to load
+
+    return ActiveSet()
+
+
+_ALONE: dict[str, Callable[[], Resolver]] = {
+    "pinv": PseudoInverse,
+    "dls": DampedLeastSquares,
+    "active-set": _active_set,
+}
+_WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {"wqp": WeightedQP, "hqp": HierarchicalQP}
+
+
+def resolver(name: str) -> Resolver:
+    """The resolver of that name. Raises `UnknownName`, or `NotInstalled` for its solver."""
+    if name in _ALONE:
+        return _ALONE[name]()
+    family, _, engine = name.partition("/")
+    if family not in _WITH_SOLVER or engine not in {row.name for row in solvers()}:
+        raise UnknownName("resolver", name, resolver_names())
+    return _WITH_SOLVER[family](solver(engine).name)
+
+
+def resolver_names() -> tuple[str, ...]:
+    """All names, those whose solver is not installed among them."""
+    engines = [row.name for row in solvers()]
+    return (*_ALONE, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in engines))
+
+
+def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
+    """One hierarchy, once, without memory."""
+    return resolver(name)(hierarchy)[0]

@@ -1,0 +1,1 @@
+"""Solvers of one quadratic program, a file each, and their table."""

@@ -1,0 +1,50 @@
+"""ProxQP: an augmented Lagrangian. Bambade, Schramm, El-Kazdadi, Caron, Taylor and Carpentier (2025),
+IEEE Trans. Robotics 41.
+"""
+
+import numpy as np
+from proxsuite import proxqp
+
+from taskopt.problem.qp import QuadraticProgram, Solution
+from taskopt.problem.resolution import Status
+
+_STATUS = {
+    proxqp.PROXQP_SOLVED: Status.SOLVED,
+    proxqp.PROXQP_PRIMAL_INFEASIBLE: Status.INFEASIBLE,
+    proxqp.PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE: Status.INFEASIBLE,
+    proxqp.PROXQP_MAX_ITER_REACHED: Status.ITERATION_LIMIT,
+}
+
+
+def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
+    """Solve a convex program, its duality gap checked (by default it is not)."""
+    tolerance = float(np.clip(accuracy, 1e-11, 1e-6))
+    equal = qp.equality
+    free = ~equal
+    rows = int(free.sum())
+    engine = proxqp.dense.QP(qp.n, len(equal) - rows, rows, True, dense_backend=_BACKEND)
+    _ask(engine.settings, tolerance)
+    engine.init(
+        qp.H, qp.g, qp.C[equal], qp.upper[equal], qp.C[free], qp.lower[free], qp.upper[free],
+        qp.box_lower, qp.box_upper,
+    )
+    engine.solve()
+    found = engine.results
+    y = np.empty(len(equal))
+    y[equal] = found.y
+    y[free] = found.z[:rows]
+    status = _STATUS.get(found.info.status, Status.FAILED)
+    return Solution(np.array(found.x), y, np.array(found.z[rows:]), status, found.info.iter)
+
+
+_BACKEND = proxqp.dense.DenseBackend.PrimalDualLDLT
+
+
+def _ask(settings: proxqp.Settings, tolerance: float) -> None:
+    settings.eps_abs = tolerance
+    settings.eps_rel = 0.0
+    settings.check_duality_gap = True
+    settings.eps_duality_gap_abs = tolerance
+    settings.eps_duality_gap_rel = 0.0
+    settings.eps_primal_inf = 1e-10  # at its default 1e-4 it calls feasible programs infeasible
+    settings.max_iter = 1000

@@ -1,0 +1,77 @@
+"""Every other solver that qpsolvers finds installed. Caron et al., qpsolvers, software, LGPL-3.0."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from taskopt.arrays import IntArray
+from taskopt.errors import NotInstalled
+from taskopt.problem.qp import QuadraticProgram, Solution
+from taskopt.problem.resolution import Status
+from taskopt.solver.sparse import compressed
+
+_OPTIONS = {  # its own name of the tolerance, or none
+    "quadprog": (),
+    "highs": ("primal_feasibility_tolerance", "dual_feasibility_tolerance"),
+    "osqp": ("eps_abs", "eps_rel"),
+    "scs": ("eps_abs", "eps_rel"),
+    "piqp": ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"),
+}
+_EXTRA: dict[str, dict[str, object]] = {
+    "osqp": {"max_iter": 20000},
+    "scs": {"max_iters": 50000},
+    "piqp": {"check_duality_gap": True},
+    "highs": {"time_limit": 1.0},  # its quadratic method can go round for ever
+}
+_INFINITY = {"piqp": 1e30}  # PIQP mistakes inf for a number
+
+
+def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
+    """Solve with the solver that qpsolvers calls `name`; infeasible and given up look the same to it."""
+    try:
+        import qpsolvers
+    except ImportError as error:
+        raise NotInstalled("qpsolvers", "qpsolvers") from error
+    problem, (equal, above, below) = _translate(qp, name)
+    options = {option: max(accuracy, 1e-10) for option in _OPTIONS.get(name, ())} | _EXTRA.get(name, {})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the status says it
+        try:
+            found = qpsolvers.solve_problem(problem, name, **options)
+        except qpsolvers.QPError:  # some raise where others return nothing
+            return _nothing(qp)
+    if not found.found or found.x is None:
+        return _nothing(qp)
+    y = np.zeros(len(qp.C))
+    if len(above) + len(below):
+        y[above] += found.z[: len(above)]
+        y[below] -= found.z[len(above) :]
+    if len(equal):
+        y[equal] = found.y
+    y_box = np.zeros(qp.n) if found.z_box is None or not len(found.z_box) else np.asarray(found.z_box)
+    return Solution(np.asarray(found.x), y, y_box, Status.SOLVED)
+
+
+def _nothing(qp: QuadraticProgram) -> Solution:
+    x = np.full(qp.n, np.nan)
+    return Solution(x, np.full(len(qp.C), np.nan), x, Status.FAILED)
+
+
+def _translate(qp: QuadraticProgram, name: str) -> tuple[Any, tuple[IntArray, IntArray, IntArray]]:
+    """One-sided rows, and which of ours became equalities, upper and lower ones."""
+    import qpsolvers
+
+    equal = np.flatnonzero(qp.equality)
+    above = np.flatnonzero((qp.upper < np.inf) & ~qp.equality)
+    below = np.flatnonzero((qp.lower > -np.inf) & ~qp.equality)
+    G, A = np.vstack([qp.C[above], -qp.C[below]]), qp.C[equal]
+    form = np.asarray if name in qpsolvers.dense_solvers else compressed
+    free = _INFINITY.get(name, np.inf)
+    problem = qpsolvers.Problem(
+        form(qp.H), qp.g,
+        form(G) if len(G) else None, np.concatenate([qp.upper[above], -qp.lower[below]]) if len(G) else None,
+        form(A) if len(A) else None, qp.upper[equal] if len(A) else None,
+        np.maximum(qp.box_lower, -free), np.minimum(qp.box_upper, free),
+    )
+    return problem, (equal, above, below)

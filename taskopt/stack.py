@@ -1,0 +1,197 @@
+"""Levels of tasks in strict order, limits around them, a norm: declared once, filled on every tick."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain, count
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from taskopt.arrays import Array, positive
+from taskopt.configuration import Configuration
+from taskopt.errors import InvalidValue
+from taskopt.limit import BoundLimit, Limit, RowLimit
+from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
+from taskopt.problem.layout import Block, Layout
+from taskopt.robot import Robot
+from taskopt.task import BoundTask, Task
+from taskopt.tick import KINDS, compiled_tick, flawed
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """What the robot is to do: tasks of one level share it by weight, levels come strictly one after another.
+
+    `levels`: lists of tasks, highest priority first. `limits` hold whatever the tasks want; none is in
+    force that does not stand here. `norm` is W in ½ v'W v (3.50), which decides what stays free after the
+    last level: None (the identity), its diagonal (nv,), or a symmetric positive definite (nv, nv) matrix.
+    """
+
+    levels: Sequence[Sequence[Task]]
+    limits: Sequence[Limit] = ()
+    norm: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        levels = tuple(_tuple(level, "a level", Task) for level in self.levels)
+        if not levels or not all(levels):
+            raise InvalidValue("a stack needs at least one level, and each level at least one task")
+        object.__setattr__(self, "levels", levels)
+        object.__setattr__(self, "limits", _tuple(self.limits, "limits", Limit))
+
+    def compile(self, robot: Robot, dt: float) -> "Plan":
+        """The stack for a robot that takes steps of dt [s], with all memory allocated.
+
+        Raises `UnknownName` for a frame or joint that the robot lacks, and `InvalidValue` for dt ≤ 0, for
+        sizes that do not fit, and where gain · dt ≥ 2: there an Euler step lands farther from the target.
+        """
+        return Plan(self, robot, positive("dt", dt))
+
+    def at(self, configuration: Configuration, dt: float, t: float = 0.0) -> Hierarchy:
+        """The hierarchy at a configuration, for a look; references begin there, at time 0 [s]."""
+        plan = self.compile(configuration.robot, dt)
+        plan.start(configuration.q, 0.0)
+        return plan.at(configuration.q, t).copy()
+
+
+class Plan:
+    """A stack compiled for a robot; `at` fills the one hierarchy that it has.
+
+    `tasks`: the tasks as bound to the robot, in order of level; their errors and poses are those of the
+    last `at`. `configuration`: the robot as of the last `at`.
+    """
+
+    def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
+        self.dt, self.robot = dt, robot
+        self.configuration = Configuration(robot, robot.neutral)
+        names = iter(_unique(task.name or task.default_name() for task in chain(*stack.levels)))
+        bound = [[task.bind(robot, next(names)) for task in level] for level in stack.levels]
+        self.tasks: tuple[BoundTask, ...] = tuple(chain(*bound))
+        limits = [limit.bind(robot, dt) for limit in stack.limits]
+        boxes = [limit for limit in limits if isinstance(limit, BoundLimit)]
+        hard = [limit for limit in limits if isinstance(limit, RowLimit)]
+        _check_gains(self.tasks, dt)
+        self.layout = _layout(robot, hard, bound, ("box", *_unique(limit.name for limit in boxes)))
+        self.hierarchy = _empty(self.layout, checked_norm(stack.norm, robot.nv))
+        self._started = False
+        self._prepare(hard, boxes)
+
+    def start(self, q: ArrayLike, t: float = 0.0) -> None:
+        """Anchor the references that begin at the start posture q (nq,), at the time t [s]."""
+        self.configuration.update(self.robot.checked_q(q))
+        for task in self.tasks:
+            task.start(self.configuration, t)
+        self._started = True
+
+    def at(self, q: Array, t: float) -> Hierarchy:
+        """The hierarchy at q (nq,) and t [s]: the plan's own, overwritten by the next call.
+
+        The first call starts the references, unless `start` did. Raises `InvalidValue` where q or a
+        target is not finite, or q has the wrong size.
+        """
+        if not self._started:
+            self.start(q, t)
+        at = self.configuration
+        at.update(q)
+        for aim in self._aims:
+            aim(t)
+        for fill, rows in self._fills:
+            fill(at, t, rows)
+        flaw = self._tick()
+        for narrow, index in self._narrows:
+            narrow(at, self._bounds, index)
+        if flaw or (self._narrows and self._is_flawed()):
+            self._blame(t)
+        return self.hierarchy
+
+    def _prepare(self, hard: Sequence[RowLimit], boxes: Sequence[BoundLimit]) -> None:
+        """Write what never changes, and sort the rest: one kernel call, and what Python has to ask."""
+        h, n = self.hierarchy, self.robot.nv
+        self._bounds = h.buffer[-4 * n :].reshape(4, n)
+        self._bounds[0], self._bounds[1] = -np.inf, np.inf
+        self._aims, self._fills, self._narrows = [], [], []
+        compiled: list[tuple[Any, int]] = []
+        for part, block in zip([*hard, *self.tasks], self.layout.blocks, strict=True):
+            rows = LevelRows(*(array[block.rows] for array in (h.A, h.lower, h.upper, h.weight)))
+            rows.weight[:] = getattr(part, "weight", 1.0)
+            part.prepare(rows)
+            if getattr(part, "kind", None) in KINDS:
+                compiled.append((part, block.start))
+                self._aims.append(part.aim)  # type: ignore[union-attr]
+            elif not getattr(part, "constant", False):
+                self._fills.append((part.fill, rows))
+        for index, limit in enumerate(boxes, start=1):
+            if limit.constant:
+                limit.narrow(self.configuration, self._bounds, index)
+            elif getattr(limit, "kind", None) in KINDS:
+                compiled.append((limit, index))
+            else:
+                self._narrows.append((limit.narrow, index))
+        self._tick = compiled_tick(compiled, self.configuration, h)
+
+    def _is_flawed(self) -> bool:
+        return flawed(self.hierarchy.buffer, self.robot.nv, self.layout.row_count)
+
+    def _blame(self, t: float) -> None:
+        """Name what is not finite."""
+        self.robot.checked_q(self.configuration.q)
+        h = self.hierarchy
+        for block in self.layout.blocks:
+            parts = h.A[block.rows], h.lower[block.rows], h.upper[block.rows]
+            if not np.isfinite(parts[0]).all() or _hollow(*parts[1:]):
+                raise InvalidValue(
+                    f"'{block.name}' is not finite at t = {t:.6g} s; look at its target, the rate of its "
+                    "target, and its objective"
+                )
+        raise InvalidValue(
+            f"the limits are not finite at t = {t:.6g} s; look at {', '.join(self.layout.owners[1:])}"
+        )
+
+
+def _hollow(lower: Array, upper: Array) -> bool:
+    return not ((lower < np.inf) & (upper > -np.inf)).all()
+
+
+def _unique(names: Iterable[str]) -> list[str]:
+    """The names; one that is taken gets the next number that is free."""
+    taken: list[str] = []
+    for name in names:
+        numbered = (f"{name} {i}" for i in count(2))
+        taken.append(name if name not in taken else next(n for n in numbered if n not in taken))
+    return taken
+
+
+def _tuple(items: Any, what: str, kind: type) -> tuple[Any, ...]:
+    """`items` as a tuple of tasks, or of limits; a task also looks like a limit, so it is told apart."""
+    of = kind.__name__.lower() + "s"
+    if isinstance(items, kind) or not isinstance(items, Sequence):
+        raise InvalidValue(f"{what} must be a list of {of}, got {items!r}")
+    for item in items:
+        if not isinstance(item, kind) or (kind is Limit and isinstance(item, Task)):
+            raise InvalidValue(f"{what} must be a list of {of}, got {item!r} in it")
+    return tuple(items)
+
+
+def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
+    for task in tasks:
+        if task.gain.max() * dt >= 2.0:
+            raise InvalidValue(
+                f"gain {task.gain.max():g} 1/s of '{task.name}' is too large for dt = {dt:g} s: with "
+                "gain · dt ≥ 2 each step lands farther from the target; 1/dt reaches it in one"
+            )
+
+
+def _layout(
+    robot: Robot, hard: Sequence[RowLimit], levels: Sequence[Sequence[BoundTask]], owners: tuple[str, ...]
+) -> Layout:
+    blocks: list[Block] = []
+    column: list[int] = []
+    for k, part in [(0, p) for p in hard] + [(k, p) for k, level in enumerate(levels, 1) for p in level]:
+        start = len(column)
+        column += part.column
+        blocks.append(Block(part.name, k, start, len(column), part.row_names, part.row_units))
+    return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column))
+
+
+def _empty(layout: Layout, norm: Array) -> Hierarchy:
+    return Hierarchy.view(layout, np.zeros(layout.size), norm)

@@ -1,0 +1,10 @@
+"""Tasks: what a stack may ask for."""
+
+from taskopt.task.base import BoundTask as BoundTask
+from taskopt.task.base import Task as Task
+from taskopt.task.frame import FrameTask as FrameTask
+from taskopt.task.frame import OrientationTask as OrientationTask
+from taskopt.task.frame import PositionTask as PositionTask
+from taskopt.task.joint import JointTask as JointTask
+from taskopt.task.velocity import DampingTask as DampingTask
+from taskopt.task.velocity import GradientTask as GradientTask

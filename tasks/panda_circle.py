@@ -1,0 +1,31 @@
+"""The Panda's hand draws a vertical circle; joints stay near mid-range and the arm manipulable below.
+
+The circle is too large and too fast for this start: on the way a joint meets its position limit and
+others their velocity limits. The closed form, which knows no limits, drives through them; a QP gives
+up a little of the circle instead.
+"""
+
+from taskopt import (
+    Circle,
+    FrameTask,
+    GradientTask,
+    JointPositionLimit,
+    JointRange,
+    JointVelocityLimit,
+    Manipulability,
+    Robot,
+    Scenario,
+    Stack,
+)
+
+circle = Circle(radius=0.2, period=2.0, toward=(-1, 0, 0), along=(0, 0, 1))  # [m], [s]
+hand = FrameTask("panda_hand", reference=circle, gain=20.0)  # [1/s]
+climb = GradientTask(5.0 * JointRange() + 1.0 * Manipulability("panda_hand"))
+
+scenario = Scenario(
+    robot=Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2")),
+    q0=[0.3, -0.7, 0.4, -2.3, -0.8, 0.8, 0.2],
+    stack=Stack(levels=[[hand], [climb]], limits=[JointPositionLimit(gain=0.05), JointVelocityLimit()]),
+    duration=4.0,
+    dt=1e-3,
+)

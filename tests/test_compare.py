@@ -1,0 +1,133 @@
+"""Comparisons: resolvers take turns on the same scenario, and the figures are what they say."""
+
+from dataclasses import dataclass
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from taskopt import (
+    Circle,
+    Hierarchy,
+    JointPositionLimit,
+    JointTask,
+    JointVelocityLimit,
+    PositionTask,
+    Scenario,
+    Stack,
+)
+from taskopt.compare import Comparison
+from taskopt.errors import NotSolved
+from taskopt.problem.resolution import Resolution, Status
+from taskopt.report import show
+from taskopt.resolver.base import Memory, Resolver
+from taskopt.resolver.registry import resolver
+from taskopt.robot import planar_arm
+
+PATH = Circle(radius=0.15, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0))
+
+
+def scenario(*limits: object, duration: float = 0.2) -> Scenario:
+    return Scenario(
+        robot=planar_arm([0.5, 0.5, 0.5], lower=-0.4, upper=0.65, velocity=1.5),
+        q0=[0.3, 0.6, 0.5],
+        stack=Stack([[PositionTask("tip", reference=PATH, gain=50.0, axes="xy")], [JointTask()]], limits),
+        duration=duration,
+    )
+
+
+def compared(made: Scenario, *resolvers: Resolver) -> Comparison:
+    comparison = Comparison(made, resolvers)
+    for _ in comparison:
+        pass
+    return comparison
+
+
+@dataclass(frozen=True)
+class Broken:
+    """The exact resolver, with a lie in every answer, or until the tip is to go left too fast."""
+
+    lie: float = 0.0
+    name: str = "broken"
+    strict: bool = True
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        resolution, memory = resolver("active-set")(hierarchy, memory)
+        if self.lie:
+            resolution.answer[0] += self.lie
+            return resolution, memory
+        if hierarchy.level(1).upper[0] < -0.5:
+            resolution.status = Status.FAILED
+        return resolution, memory
+
+    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+        return resolver("active-set").twin(hierarchy)
+
+
+def test_resolvers_take_turns_and_start_from_the_same_rows() -> None:
+    """Steps come tick by tick in the order of the resolvers, the first ones from bit-equal hierarchies."""
+    steps = [*Comparison(scenario(duration=0.01), [resolver("pinv"), resolver("active-set")])]
+    assert [(step.index, step.resolver) for step in steps[:4]] == [
+        (0, "pinv"),
+        (0, "active-set"),
+        (1, "pinv"),
+        (1, "active-set"),
+    ]
+    np.testing.assert_array_equal(steps[0].hierarchy.buffer, steps[1].hierarchy.buffer)
+
+
+def test_the_closed_form_leaves_the_limits_and_the_optimiser_does_not() -> None:
+    """With limits that bind, `pinv` violates them visibly and `active-set` by less than 1e-9."""
+    tallies = compared(
+        scenario(JointPositionLimit(), JointVelocityLimit(velocity=0.8)),
+        resolver("pinv"),
+        resolver("active-set"),
+    ).tallies
+    assert tallies["pinv"].velocity_excess > 0.1
+    assert tallies["active-set"].velocity_excess < 1e-9
+    assert tallies["active-set"].position_excess < 1e-9
+    assert tallies["active-set"].path_difference > 1e-3
+    assert tallies["pinv"].path_difference == 0.0
+    assert any("joint_velocity" in name for name in tallies["active-set"].bound)
+
+
+def test_without_limits_strict_resolvers_follow_one_path() -> None:
+    """Where nothing binds, closed form, cascade and active set give the same path to 1e-8 rad."""
+    names = ["pinv", "hqp/daqp", "active-set"]
+    tallies = compared(scenario(duration=0.1), *map(resolver, names)).tallies
+    for tally in tallies.values():
+        assert tally.path_difference < 1e-8
+        assert max(tally.twin_distances) < 1e-8
+        assert len(tally.twin_distances) == tally.ticks == 100
+
+
+def test_claims_and_proofs_are_counted_apart() -> None:
+    """A closed form claims nothing; a resolver that is wrong claims all and is certified for none."""
+    tallies = compared(scenario(), resolver("pinv"), resolver("active-set"), Broken(lie=1e-3)).tallies
+    assert (tallies["pinv"].claimed, tallies["active-set"].certified) == (0, 200)
+    lie = tallies["broken"]
+    assert lie.claimed == 200
+    assert lie.twin_distances == pytest.approx([1e-3] * len(lie.twin_distances), rel=0.5)
+
+
+def test_one_that_fails_does_not_stop_the_others() -> None:
+    """It ends with its reason in the tally; alone, its error is raised."""
+    tallies = compared(scenario(), Broken(), resolver("active-set")).tallies
+    assert "broken at tick" in tallies["broken"].stopped
+    assert tallies["broken"].ticks < tallies["active-set"].ticks == 200
+    with pytest.raises(NotSolved):
+        compared(scenario(), Broken())
+
+
+def test_the_table_fits_120_columns_and_names_what_bound() -> None:
+    """Every resolver has its row, no cell is cut off, and the limits that held it are named."""
+    names = ["pinv", "wqp/proxqp", "hqp/clarabel", "active-set"]
+    comparison = compared(scenario(JointPositionLimit(), JointVelocityLimit()), *map(resolver, names))
+    console = Console(width=120, record=True, file=StringIO())
+    show(comparison.tallies.values(), console, comparison.reference, "title")
+    text = console.export_text()
+    assert all(name in text for name in names)
+    assert "…" not in text
+    assert "joint_velocity/joint1 upper" in text
+    assert max(map(len, text.splitlines())) <= 120
