@@ -33,24 +33,18 @@ Tick = Callable[[int], Array]
 
 
 class Ours:
-    """`Controller` on a work; keeps how often a limit was active and the worst certificate."""
+    """`Controller` on a work, as a user embeds it."""
 
     def __init__(self, work: works.Work, resolver: str = "active-set") -> None:
         self.name = f"taskopt {resolver}"
         self.work, self.q = work, work.q0.copy()
         self.control = Controller(work.robot, work.stack, resolver, works.DT)
         self.control.start(self.q)
-        self.bound, self.worst = 0, 0.0
 
     def tick(self, i: int) -> None:
         self.work.hand.set(self.work.poses[i])
         self.last = self.control.step(self.q, 0.0)
         self.q = self.work.robot.integrate(self.q, self.last.v, works.DT)
-
-    def note(self) -> None:
-        """What the tick before this call showed; not timed."""
-        self.bound += bool(self.last.active)
-        self.worst = max(self.worst, self.last.certificate.worst)
 
 
 class Pink:
@@ -90,9 +84,6 @@ class Pink:
         self.hand.set_target(self.poses[i])
         return self.velocity()
 
-    def note(self) -> None:
-        pass
-
 
 def interleave(contestants: list[Ours | Pink], ticks: int, block: int) -> dict[str, Array]:
     """Microseconds of each tick, (ticks,) by name; blocks take turns."""
@@ -105,21 +96,23 @@ def interleave(contestants: list[Ours | Pink], ticks: int, block: int) -> dict[s
                 begin = perf_counter_ns()
                 contestant.tick(i)
                 times[contestant.name][i] = (perf_counter_ns() - begin) * 1e-3
-                contestant.note()
     gc.enable()
     return times
 
 
-def deviation(name: str, ticks: int) -> float:
-    """Largest difference in velocity [rad/s] to pink at our own postures, tick by tick."""
-    work = works.work(name, ticks)
-    ours, pink = Ours(work), Pink(work)
-    worst = 0.0
+def examine(work: works.Work, resolver: str, ticks: int) -> str:
+    """What the times do not show: how often a limit binds, the certificate, the distance to pink."""
+    ours, pink = Ours(work, resolver), Pink(work) if find_spec("pink") else None
+    bound, worst, apart = 0, 0.0, 0.0
     for i in range(ticks):
         q = ours.q
         ours.tick(i)
-        worst = max(worst, float(np.abs(ours.last.v - pink.velocity_at(q, i)).max()))
-    return worst
+        bound += bool(ours.last.active)
+        worst = max(worst, ours.last.certificate.worst)
+        if pink:
+            apart = max(apart, float(np.abs(ours.last.v - pink.velocity_at(q, i)).max()))
+    beside = f"; largest deviation from pink {apart:.1e} rad/s" if pink else ""
+    return f"a limit is active on {100 * bound / ticks:.0f} % of the ticks; worst certificate {worst:.1e}{beside}"
 
 
 def placo(python: str, name: str, ticks: int, warm: int) -> Array:
@@ -132,16 +125,11 @@ def placo(python: str, name: str, ticks: int, warm: int) -> Array:
 def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array]]:
     """Name and times of each contestant, warm-up taken off."""
     work = works.work(name, arguments.ticks)
-    ours = Ours(work, arguments.resolver)
-    contestants: list[Ours | Pink] = [ours]
+    contestants: list[Ours | Pink] = [Ours(work, arguments.resolver)]
     if find_spec("pink"):
         contestants += [Pink(work, solver) for solver in ("quadprog", "daqp")]
-    times = interleave(contestants, arguments.ticks, 250)
-    print(f"\n{name}: a limit is active on {100 * ours.bound / arguments.ticks:.0f} % of the ticks;", end=" ")
-    print(f"worst certificate {ours.worst:.1e}", end="")
-    if find_spec("pink"):
-        print(f"; largest deviation from pink {deviation(name, arguments.ticks):.1e} rad/s", end="")
-    print()
+    times = interleave(contestants, arguments.ticks, 1000)
+    print(f"\n{name}: {examine(work, arguments.resolver, arguments.ticks)}")
     yield from ((key, value[arguments.warm :]) for key, value in times.items())
     if arguments.placo:
         yield "PlaCo eiquadprog", placo(arguments.placo, name, arguments.ticks, arguments.warm)

@@ -120,11 +120,9 @@ def view(
 @app.command()
 def list() -> None:
     """List robots, solvers, resolvers, scenarios."""
-    from rich.console import Console
+    from taskopt.report import show_inventory, terminal
 
-    from taskopt.report import show_inventory
-
-    show_inventory(Console())
+    show_inventory(terminal())
 
 
 def main() -> None:
@@ -140,11 +138,9 @@ def main() -> None:
 
 
 def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: Output) -> None:
-    from rich.console import Console
-
     from taskopt.compare import Comparison
     from taskopt.record import RunInfo, record
-    from taskopt.report import show
+    from taskopt.report import show, terminal
     from taskopt.resolver.registry import resolver
     from taskopt.scenario import load_scenario
 
@@ -158,14 +154,14 @@ def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: 
         interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
     finally:  # also where a run ends early: what there is can be looked at
         title = f"{scenario.name}: {scenario.ticks} ticks of {1e3 * scenario.dt:g} ms"
-        show(comparison.tallies.values(), Console(), comparison.reference, title)
+        show(comparison.tallies.values(), terminal(), comparison.reference, title)
         for log in logs:
             typer.echo(f"recording: {log.folder}; open it with: taskopt view {log.folder}")
     if interrupted:
         raise typer.Exit(130)
 
 
-def _drive(steps: "Generator[Step]", total: int, name: str) -> bool:
+def _drive(steps: "Generator[Step, None, None]", total: int, name: str) -> bool:
     """Go through all steps behind a progress bar; say whether the user broke it off."""
     from rich.console import Console
     from rich.progress import Progress

@@ -1,16 +1,14 @@
 """A stack inside somebody's own control loop."""
 
-from math import isfinite
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array
-from taskopt.problem.resolution import Resolution
+from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import resolver as resolver_named
 from taskopt.robot import Robot
-from taskopt.run import ANSWERED, not_solved, usable
+from taskopt.run import not_solved, usable
 from taskopt.stack import Stack
 
 
@@ -18,8 +16,7 @@ class Controller:
     """Resolves a stack at the q and t that it is given, tick by tick.
 
     `dt` [s] is the time until the next step. A start outside the limits is allowed here: the limits
-    let a joint stop or return. The resolution of a step is valid until the next step: it reads the
-    controller's own arrays; `resolution.v.copy()` keeps its velocity.
+    let a joint stop or return. A resolution stays true when later steps are taken.
     """
 
     def __init__(
@@ -28,7 +25,6 @@ class Controller:
         self.plan = stack.compile(robot, dt)
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
         self._robot = robot
-        self._shape = (robot.nq,)
         self._memory = None
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
@@ -47,11 +43,10 @@ class Controller:
         Raises `InvalidValue` for a q of another size or with NaN, and `NotSolved` where there is no
         answer that may be sent to a robot.
         """
-        q = np.asarray(q, dtype=np.float64)
-        if q.shape != self._shape or not isfinite(q.dot(q)):
-            self._robot.checked_q(q)
+        if q.__class__ is not np.ndarray:
+            q = self._robot.checked_q(q)
         resolution, self._memory = self.resolver(self.plan.at(q, t), self._memory)
-        if resolution.status not in ANSWERED and not usable(resolution):
+        if resolution.status is not Status.SOLVED and not usable(resolution):
             self._memory = None
             raise not_solved(self.resolver.name, resolution, f"t = {t:.6g} s")
         return resolution

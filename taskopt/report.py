@@ -1,6 +1,8 @@
 """The figures of a run or of a comparison, as a table for a terminal."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from os import environ
+from typing import NamedTuple
 
 import numpy as np
 from rich import box
@@ -11,21 +13,37 @@ from rich.text import Text
 
 from taskopt.compare import Tally
 
-_COLUMNS: tuple[tuple[str, Callable[[Tally], str]], ...] = (
-    ("tracking\nmax [m]", lambda t: _figure(max(t.tracking, default=np.nan))),
-    ("\nrms [m]", lambda t: _figure(_rms(t.tracking))),
-    ("over\n[rad]", lambda t: _figure(t.position_excess)),
-    ("limits\n[rad/s]", lambda t: _figure(t.velocity_excess)),
-    ("closed\nform", lambda t: _figure(max(t.twin_distances, default=np.nan))),
-    ("nothing\nbinds", lambda t: _share(len(t.twin_distances), t.ticks)),
-    ("path\n[rad]", lambda t: _figure(t.path_difference)),
-    ("certi-\nficate", lambda t: _figure(max(t.certificates, default=np.nan))),
-    ("claim-\ned", lambda t: _share(t.claimed, t.ticks)),
-    ("certi-\nfied", lambda t: _share(t.certified, t.ticks)),
-    ("p50\n[µs]", lambda t: _microseconds(t.seconds, 50)),
-    ("p99\n[µs]", lambda t: _microseconds(t.seconds, 99)),
+
+class Figure(NamedTuple):
+    """One figure of a tally: as the head of a column, in words, and as text."""
+
+    heading: str
+    label: str
+    cell: Callable[[Tally], str]
+
+
+_FIGURES = (
+    Figure(
+        "tracking\nmax [m]", "tracking error, largest [m]", lambda t: _number(max(t.tracking, default=np.nan))
+    ),
+    Figure("\nrms [m]", "tracking error, rms [m]", lambda t: _number(_rms(t.tracking))),
+    Figure("over\n[rad]", "position over its limit [rad]", lambda t: _number(t.position_excess)),
+    Figure("limits\n[rad/s]", "velocity over its limit [rad/s]", lambda t: _number(t.velocity_excess)),
+    Figure(
+        "closed\nform",
+        "apart from the closed form [rad/s]",
+        lambda t: _number(max(t.twin_distances, default=np.nan)),
+    ),
+    Figure("nothing\nbinds", "… where nothing binds", lambda t: _share(len(t.twin_distances), t.ticks)),
+    Figure("path\n[rad]", "path apart from the reference [rad]", lambda t: _number(t.path_difference)),
+    Figure("certi-\nficate", "worst certificate", lambda t: _number(max(t.certificates, default=np.nan))),
+    Figure("claim-\ned", "claimed optimal", lambda t: _share(t.claimed, t.ticks)),
+    Figure("certi-\nfied", "proven optimal", lambda t: _share(t.certified, t.ticks)),
+    Figure("p50\n[µs]", "solve time, median [µs]", lambda t: _microseconds(t.seconds, 50)),
+    Figure("p99\n[µs]", "solve time, 99 % [µs]", lambda t: _microseconds(t.seconds, 99)),
 )
-LEGEND = (
+_WIDE = 114  # columns that a table with one row a resolver needs
+_LEGEND = (
     "tracking: error of the first task, its rows in metres; over limits: largest position after the step, "
     "largest velocity; closed form: largest difference to it on the same problem [rad/s], over the ticks "
     "where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up to "
@@ -33,22 +51,42 @@ LEGEND = (
 )
 
 
-def table(tallies: Iterable[Tally], title: str = "") -> Table:
-    """One row a resolver; it fits 120 columns."""
-    out = Table(title=title or None, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+def terminal() -> Console:
+    """Where tables go: as wide as the terminal, 120 columns in a file or pipe."""
+    console = Console()
+    return console if console.is_terminal or "COLUMNS" in environ else Console(width=120)
+
+
+def wide_table(tallies: Sequence[Tally], title: str) -> Table:
+    """One row a resolver."""
+    out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("resolver", no_wrap=True)
-    for heading, _ in _COLUMNS:
-        out.add_column(Text(heading), justify="right", no_wrap=True)
+    for figure in _FIGURES:
+        out.add_column(Text(figure.heading), justify="right", no_wrap=True)
     for tally in tallies:
-        out.add_row(tally.resolver, *(cell(tally) for _, cell in _COLUMNS))
+        out.add_row(tally.resolver, *(figure.cell(tally) for figure in _FIGURES))
+    return out
+
+
+def tall_table(tallies: Sequence[Tally], title: str) -> Table:
+    """One column a resolver, for one alone or a narrow terminal."""
+    out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    out.add_column("")
+    for tally in tallies:
+        out.add_column(tally.resolver, justify="right", no_wrap=True)
+    for figure in _FIGURES:
+        out.add_row(Text(figure.label), *(figure.cell(tally) for tally in tallies))
     return out
 
 
 def show(tallies: Iterable[Tally], console: Console, reference: str, title: str = "") -> None:
     """Print the table, what its columns mean, what bound most, and who stopped early."""
     tallies = list(tallies)
-    console.print(table(tallies, title))
-    console.print(LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
+    if len(tallies) > 1 and console.width >= _WIDE:
+        console.print(wide_table(tallies, title))
+        console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
+    else:
+        console.print(tall_table(tallies, title))
     held: dict[str, list[str]] = {}
     for tally in tallies:
         if tally.bound:
@@ -91,7 +129,7 @@ def show_inventory(console: Console) -> None:
     console.print(f"scenarios: {files}", highlight=False, markup=False)
 
 
-def _figure(value: float) -> str:
+def _number(value: float) -> str:
     """Two digits; nothing where there is none, 0 for what is not over."""
     if np.isnan(value):
         return "–"

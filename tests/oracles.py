@@ -122,7 +122,11 @@ def _frozen(row: Row, x: Sequence[Fraction]) -> Row:
 
 
 def _least_violation(
-    rows: list[Row], weights: list[Fraction], held: list[Row], x: list[Fraction], working: list[tuple[int, int]]
+    rows: list[Row],
+    weights: list[Fraction],
+    held: list[Row],
+    x: list[Fraction],
+    working: list[tuple[int, int]],
 ) -> tuple[list[Fraction], list[tuple[int, int]]]:
     """Minimise ½ Σ w d² over the rows inside `held`, with one slack for each inequality row."""
     n = len(x)
@@ -148,9 +152,13 @@ def _least_violation(
 
 
 def _minimise(
-    H: list[list[Fraction]], g: list[Fraction], rows: list[Row], z: list[Fraction], working: list[tuple[int, int]]
+    H: list[list[Fraction]],
+    g: list[Fraction],
+    rows: list[Row],
+    z: list[Fraction],
+    working: list[tuple[int, int]],
 ) -> tuple[list[Fraction], list[tuple[int, int]]]:
-    """Primal active set from a feasible z; Bland's rule for both choices. Nocedal and Wright (2006), Sect. 16.5."""
+    """Primal active set from a feasible z, Bland's rule twice. Nocedal and Wright (2006), Sect. 16.5."""
     size = len(z)
     scale = lcm(*(value.denominator for line in H for value in line))
     integers = np.array([[int(value * scale) for value in line] for line in H], dtype=object)
@@ -158,11 +166,15 @@ def _minimise(
     tight = [(i, side) for i, side in working if _at(rows[i], side, z)]
     active = _independent([(i, 1) for i, row in enumerate(rows) if row.equality] + tight, normals, size)
     while True:
-        slope = [sum((h * v for h, v in zip(line, z, strict=True) if h), Fraction(0)) + c for line, c in zip(H, g, strict=True)]
+        slope = [
+            sum((h * v for h, v in zip(line, z, strict=True) if h), Fraction(0)) + c
+            for line, c in zip(H, g, strict=True)
+        ]
         p, y = _direction(integers, scale, slope, [normals[i] for i, _ in active])
         if sum((s * d for s, d in zip(slope, p, strict=True)), Fraction(0)) == 0:
             wrong = [
-                (i, side) for (i, side), price in zip(active, y, strict=True)
+                (i, side)
+                for (i, side), price in zip(active, y, strict=True)
                 if not rows[i].equality and price * side < 0
             ]
             if not wrong:
@@ -202,7 +214,9 @@ def _integers(a: Sequence[Fraction]) -> list[int]:
     return [int(value * scale) for value in a]
 
 
-def _independent(candidates: list[tuple[int, int]], normals: list[list[int]], size: int) -> list[tuple[int, int]]:
+def _independent(
+    candidates: list[tuple[int, int]], normals: list[list[int]], size: int
+) -> list[tuple[int, int]]:
     """The first rows that are linearly independent, in order."""
     basis: list[tuple[int, list[Fraction]]] = []
     kept = []
@@ -222,7 +236,7 @@ def _independent(candidates: list[tuple[int, int]], normals: list[list[int]], si
 def _direction(
     H: np.ndarray, scale: int, slope: list[Fraction], normals: list[list[int]]
 ) -> tuple[list[Fraction], list[Fraction]]:
-    """p, y with H p + Nᵀ y = −slope, N p = 0, fraction-free (Bareiss 1968); y for unscaled rows up to a factor > 0."""
+    """p, y with H p + Nᵀ y = −slope, N p = 0, fraction-free (Bareiss 1968); y up to positive factors."""
     size, count = len(slope), len(normals)
     common = lcm(*(value.denominator for value in slope))
     K = np.zeros((size + count, size + count + 1), dtype=object)

@@ -1,11 +1,13 @@
 """The command line: what a user types, what comes back, and what every mistake is answered with."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import sleep
 
 import pytest
 
@@ -22,6 +24,7 @@ arm = planar_arm([0.5, 0.5], -1.0, 1.0)
 SCENARIO = "scenario = Scenario(robot=arm, q0=[0.1, 0.2], stack=Stack([[JointTask()]]), duration=0.01)\n"
 MESHLESS = """
 from pathlib import Path
+from time import sleep
 from taskopt import Robot
 mesh = "<visual><geometry><mesh filename='nowhere.stl'/></geometry></visual>"
 Path("a.urdf").write_text(f"<robot name='a'><link name='b'>{mesh}</link></robot>")
@@ -203,3 +206,27 @@ def test_the_program_itself_answers_a_mistake_with_one_line(tmp_path: Path) -> N
         command, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
     )
     assert Done(done.returncode, done.stdout, done.stderr).refusal.startswith("taskopt: no scenario file")
+
+
+def test_a_run_that_is_broken_off_keeps_what_it_has(tmp_path: Path) -> None:
+    """Ctrl-C ends in the summary so far, exit code 130, and a log that says interrupted."""
+    listen = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{listen}; from taskopt.cli import main; main()", "run", PLANAR]
+    going = subprocess.Popen(
+        [*command, "--duration", "600"],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for _ in range(600):
+        if any(file.stat().st_size for file in tmp_path.glob("logs/*/*/steps.arrows")):
+            break
+        sleep(0.1)
+    going.send_signal(signal.SIGINT)
+    stdout, stderr = going.communicate(timeout=60.0)
+    assert going.returncode == 130, stderr
+    assert "active-set" in stdout
+    (manifest,) = tmp_path.glob("logs/*/*/manifest.json")
+    assert json.loads(manifest.read_text())["status"] == "interrupted"

@@ -8,6 +8,7 @@ import pytest
 from taskopt import (
     Controller,
     FrameTask,
+    Hierarchy,
     JointPositionLimit,
     JointTask,
     JointVelocityLimit,
@@ -16,6 +17,8 @@ from taskopt import (
     Stack,
 )
 from taskopt.errors import InvalidValue, NotSolved, UnknownName
+from taskopt.problem.resolution import Resolution, Status
+from taskopt.resolver.base import Memory, unanswered
 from taskopt.resolver.registry import resolver
 from taskopt.robot import planar_arm
 from taskopt.run import run
@@ -54,7 +57,13 @@ def test_the_latest_target_counts_from_the_next_step_on() -> None:
 
 @pytest.mark.parametrize(
     ("q", "words"),
-    [([0.1, 0.2], "shape"), ([0.1, np.nan, 0.0], "NaN"), ([np.inf, 0.0, 0.0], "finite"), (0.1, "shape")],
+    [
+        ([0.1, 0.2], "shape"),
+        (np.array([0.1, 0.2]), "3 numbers"),
+        (np.array([0.1, np.nan, 0.0]), "NaN"),
+        (np.array([np.inf, 0.0, 0.0]), "finite"),
+        (0.1, "shape"),
+    ],
 )
 def test_a_bad_q_is_refused_and_the_next_step_is_right(q: object, words: str) -> None:
     """Wrong size, NaN and inf raise a clear error, and leave the controller as it was."""
@@ -76,24 +85,22 @@ def test_a_start_outside_the_limits_may_stop_or_return() -> None:
 
 def test_contradicting_limits_stop_the_loop() -> None:
     """An answer that may not be sent to a robot is an error that keeps the resolution."""
-    limits = [JointVelocityLimit(velocity={"joint1": 0.0, "joint2": 0.0, "joint3": 0.0})]
-    control = Controller(ARM, Stack([[FrameTask("tip")]], limits))
-    control.step(np.zeros(3), 0.0)
-    control.plan.hierarchy.layout  # noqa: B018  the box is ours to contradict below
-    control.resolver = _Infeasible()
-    with pytest.raises(NotSolved, match="infeasible") as caught:
+    control = Controller(ARM, STACK, _Infeasible())
+    with pytest.raises(NotSolved, match="infeasible; the hard limits contradict each other") as caught:
         control.step(np.zeros(3), 1e-3)
     assert caught.value.resolution is not None
 
 
 class _Infeasible:
+    """Says at every tick that the limits contradict each other."""
+
     name, strict = "infeasible", True
 
-    def __call__(self, hierarchy: object, memory: object = None) -> tuple[object, object]:
-        from taskopt.problem.resolution import Status
-        from taskopt.resolver.base import unanswered
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        return unanswered(hierarchy, Status.INFEASIBLE)
 
-        return unanswered(hierarchy, Status.INFEASIBLE)  # type: ignore[arg-type]
+    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+        return np.zeros(hierarchy.n)
 
 
 @pytest.mark.parametrize("dt", [0.0, -1e-3, np.nan])

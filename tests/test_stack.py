@@ -160,6 +160,16 @@ def test_limits_that_only_python_knows_have_their_place():
         assert hierarchy.bound_name(0, upper=False) == "joint_velocity/panda_joint1"
 
 
+@pytest.mark.parametrize("t", [np.nan, np.inf])
+def test_a_row_that_is_not_finite_names_its_limit(t):
+    """NaN or inf in A alone is found too."""
+    of = robot("panda")
+    plan = Stack([[JointTask()]], limits=[Wall()]).compile(of, DT)
+    plan.at(generic_q(of, 0), 0.0)
+    with pytest.raises(InvalidValue, match="wall"):
+        plan.at(generic_q(of, 0), t)
+
+
 def test_inequality_tasks_have_their_place():
     """A task writes lower and upper; it stands at its level like any other."""
     of = robot("panda")

@@ -63,9 +63,13 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     """
     residuals = np.empty((hierarchy.layout.level_count + 1, len(RESIDUALS)))
     certify_kernel(
-        hierarchy.buffer, hierarchy.norm.ravel(), hierarchy.layout.offsets, hierarchy.layout.columns,
+        hierarchy.buffer,
+        hierarchy.norm.ravel(),
+        hierarchy.layout.offsets,
+        hierarchy.layout.columns,
         np.ascontiguousarray(x, dtype=np.float64),
-        np.ascontiguousarray(multipliers, dtype=np.float64), residuals,
+        np.ascontiguousarray(multipliers, dtype=np.float64),
+        residuals,
     )
     return Certificate(residuals)
 
@@ -78,9 +82,9 @@ def certify_kernel(buffer, norm, offsets, columns, x, y, out):
     bounds = buffer[rows * n :]
     lower, upper, weight = bounds[:rows], bounds[rows : 2 * rows], bounds[2 * rows : 3 * rows]
     box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n : 3 * rows + 2 * n]
-    value, settled = np.empty(rows), np.zeros(n + rows, dtype=np.bool_)
+    settled, work = np.zeros(n + rows, dtype=np.bool_), np.empty(rows + n)
+    value, gradient = work[:rows], work[rows:]
     primal = _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled)
-    gradient = np.empty(n)
     for k in range(levels + 1):
         own = offsets[k + 1]
         largest = _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y[k], gradient)
@@ -108,12 +112,12 @@ def certify_kernel(buffer, norm, offsets, columns, x, y, out):
 def _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled):
     """A x into `value`; rows whose multiplier may have either sign into `settled`; the worst violation."""
     n = x.size
-    primal = 0.0
+    primal, missing = 0.0, False
     for j in range(n):
         gap = max(box_lower[j] - x[j], x[j] - box_upper[j])
         primal = max(primal, gap / max(1.0, abs(x[j])))
         settled[j] = box_lower[j] == box_upper[j]
-    missing = np.isnan(x).any()
+        missing |= np.isnan(x[j])
     for i in range(lower.size):
         scale = 1.0
         if columns[i] >= 0:

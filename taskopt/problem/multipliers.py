@@ -82,7 +82,7 @@ def _fit(gradient: Array, free: Array, signed: Array, side: Array) -> tuple[Arra
     if not len(free):
         return np.empty(0), price
     left = gradient + signed.T @ price
-    return np.linalg.lstsq(free.T, -left, rcond=1e-12)[0], price
+    return np.asarray(np.linalg.lstsq(free.T, -left, rcond=1e-12)[0], dtype=np.float64), np.asarray(price)
 
 
 def _non_negative(columns: Array, target: Array) -> Array:

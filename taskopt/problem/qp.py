@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, bound, finite
 from taskopt.errors import Infeasible, InvalidValue, MissingFile
@@ -34,26 +35,28 @@ class QuadraticProgram:
 
     @staticmethod
     def checked(
-        H: object,
-        g: object,
-        C: object = None,
-        lower: object = None,
-        upper: object = None,
-        box_lower: object = None,
-        box_upper: object = None,
+        H: ArrayLike,
+        g: ArrayLike,
+        C: ArrayLike | None = None,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        box_lower: ArrayLike | None = None,
+        box_upper: ArrayLike | None = None,
     ) -> "QuadraticProgram":
         """From somebody else's arrays; what is left out is no row, or no bound.
 
         Raises `InvalidValue` for shapes, NaN or an asymmetric H, `Infeasible` where lower > upper.
         """
-        gradient = finite("g", g, (None,))  # type: ignore[arg-type]
+        gradient = finite("g", g, (None,))
         n = len(gradient)
-        hessian = finite("H", H, (n, n))  # type: ignore[arg-type]
+        hessian = finite("H", H, (n, n))
         if not np.allclose(hessian, hessian.T, rtol=1e-12, atol=1e-14):
-            raise InvalidValue(f"H must be symmetric; largest difference {np.abs(hessian - hessian.T).max():g}")
-        rows = finite("C", np.empty((0, n)) if C is None else C, (None, n))  # type: ignore[arg-type]
+            raise InvalidValue(
+                f"H must be symmetric; largest difference {np.abs(hessian - hessian.T).max():g}"
+            )
+        rows = finite("C", np.empty((0, n)) if C is None else C, (None, n))
         sides = [
-            bound(name, np.full(size, free) if side is None else side, (size,))  # type: ignore[arg-type]
+            bound(name, np.full(size, free) if side is None else side, (size,))
             for name, side, size, free in (
                 ("lower", lower, len(rows), -np.inf),
                 ("upper", upper, len(rows), np.inf),
@@ -64,7 +67,9 @@ class QuadraticProgram:
         for low, high, name in ((*sides[:2], "row"), (*sides[2:], "box")):
             wrong = np.flatnonzero(low > high)
             if wrong.size:
-                raise Infeasible(f"{name} {wrong[0]}: lower {low[wrong[0]]:g} exceeds upper {high[wrong[0]]:g}")
+                raise Infeasible(
+                    f"{name} {wrong[0]}: lower {low[wrong[0]]:g} exceeds upper {high[wrong[0]]:g}"
+                )
         return QuadraticProgram(hessian, gradient, rows, *sides)
 
     @property
@@ -79,7 +84,7 @@ class QuadraticProgram:
 
     def save(self, path: str | Path) -> None:
         """Write to an .npz file, so that a program can be solved elsewhere."""
-        np.savez(Path(path), allow_pickle=False, **{name: getattr(self, name) for name in _PARTS})
+        np.savez(Path(path), **{name: getattr(self, name) for name in _PARTS})
 
     @staticmethod
     def load(path: str | Path) -> "QuadraticProgram":
@@ -107,7 +112,7 @@ class Solution:
 def kkt_residuals(qp: QuadraticProgram, solution: Solution) -> tuple[float, float, float, float]:
     """Stationarity, primal, dual, complementarity; each relative to max(1, largest term summed)."""
     if not all(np.isfinite(part).all() for part in (solution.x, solution.y, solution.y_box)):
-        return (np.inf,) * 4
+        return np.inf, np.inf, np.inf, np.inf
     C = np.vstack([qp.C, np.eye(qp.n)])
     lower, upper = np.concatenate([qp.lower, qp.box_lower]), np.concatenate([qp.upper, qp.box_upper])
     y = np.concatenate([solution.y, solution.y_box])

@@ -5,10 +5,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.problem.layout import Layout
 from taskopt.run import Step
+
+Mask = NDArray[np.bool_]
 
 _BROKEN = 1e-9  # [rad/s, m/s] beyond which a bound is left, not met
 _NO_PRICE = 1e-9  # as in `Resolution.active`: a multiplier below it (relative) decides nothing
@@ -74,11 +77,11 @@ class Batch:
         return np.array([step.resolution.certificate.worst for step in self.steps])
 
     @cached_property
-    def claimed(self) -> Any:
+    def claimed(self) -> Mask:
         return np.array([step.resolution.claimed for step in self.steps])
 
     @cached_property
-    def certified(self) -> Any:
+    def certified(self) -> Mask:
         return np.array([step.resolution.certified() for step in self.steps])
 
     @cached_property
@@ -121,15 +124,15 @@ class Batch:
         return np.array([step.hierarchy.A @ step.v for step in self.steps])
 
     @cached_property
-    def bounded(self) -> Any:
+    def bounded(self) -> Mask:
         """(n + M,) whether a row is a limit or an inequality: an equality is always met or missed."""
         layout = self.layout
-        rows = (self.lower < self.upper).any(axis=0)
+        rows: Mask = np.any(self.lower < self.upper, axis=0)
         rows[layout.rows_of_level(0)] = True
         return np.concatenate([np.ones(layout.n, dtype=bool), rows])
 
     @cached_property
-    def state(self) -> Any:
+    def state(self) -> StateArray:
         """(k, n + M): −1 at a lower bound, +1 at an upper one, 0 free; 0 for equalities."""
         every = np.array([step.resolution.state for step in self.steps])
         return every[:, self._declared] * self.bounded
@@ -163,7 +166,7 @@ class Batch:
         return (*self.layout.unknowns, *self.layout.row_names)
 
     @cached_property
-    def broken(self) -> Any:
+    def broken(self) -> StateArray:
         """(k, n + M): −1 where the answer is below a lower bound, +1 above an upper one, else 0."""
         low = np.array([step.hierarchy.box_lower for step in self.steps])
         high = np.array([step.hierarchy.box_upper for step in self.steps])
@@ -183,7 +186,7 @@ class Batch:
         """(k, n + M): as `active_code`, where an answer that knows no limits leaves them."""
         return self._with_owner(self.broken)
 
-    def _with_owner(self, side: Any) -> IntArray:
+    def _with_owner(self, side: StateArray) -> IntArray:
         code = side.astype(np.int64)
         n = self.layout.n
         code[:, :n] *= 1 + np.where(code[:, :n] > 0, self.owner[:, 1], self.owner[:, 0])

@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING, Any
 from taskopt.record.card import CARD
 from taskopt.record.lanes import EVENTS
 from taskopt.record.palette import part, slug
-from taskopt.record.recorder import RunInfo
 from taskopt.record.place import Place
+from taskopt.record.recorder import RunInfo
 from taskopt.record.series import UNITS, compared, limit_rows, objective_terms, of, rows_in
 from taskopt.record.stage import TIME
 from taskopt.record.violation import LimitGauge
 
 if TYPE_CHECKING:
     from rerun.blueprint import Blueprint
+
+_TELLING = ("hqp/", "active-set")
 
 
 def blueprint(info: RunInfo, place: Place, gauge: LimitGauge) -> "Blueprint":
@@ -29,7 +31,7 @@ def blueprint(info: RunInfo, place: Place, gauge: LimitGauge) -> "Blueprint":
 
 
 def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[Any, float]]:
-    """Views from top to bottom with their shares of the height; what the stack has no limits for is left out."""
+    """Views from top to bottom with their shares of the height, without those that would be empty."""
     import rerun.blueprint as rrb
 
     several = len(info.resolvers) > 1
@@ -71,7 +73,7 @@ def _scene(info: RunInfo, place: Place) -> Any:
     return rrb.Spatial3DView(
         name="Robot" if len(info.resolvers) == 1 else "Robots, one a resolver",
         origin="/world",
-        overrides={path: past for path in paths},
+        overrides=dict.fromkeys(paths, past),
         eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=up),
         line_grid=rrb.LineGrid3D(visible=True, color=[60, 66, 78, 110]),
         background=[16, 18, 23],
@@ -122,9 +124,9 @@ def _lanes(info: RunInfo) -> Any:
 
 
 def _shown(info: RunInfo) -> int:
-    """The tab in front: the first resolver that is not a closed form, since those know no limits."""
-    knowing = [i for i, name in enumerate(info.resolvers) if "/" in name or "-" in name]
-    return knowing[0] if knowing else 0
+    """The tab in front: the first strict resolver that knows limits, which tells most."""
+    strict = [i for i, name in enumerate(info.resolvers) if name.startswith(_TELLING)]
+    return strict[0] if strict else 0
 
 
 def _errors(info: RunInfo) -> list[Any]:
@@ -149,7 +151,8 @@ def _objectives(info: RunInfo) -> list[Any]:
 
 def _proofs(info: RunInfo) -> list[Any]:
     certificate = _plot(
-        "Proof, log10 of the worst KKT residual", [*(of(n, "certificate") for n in info.resolvers), "/scale/proof"]
+        "Proof, log10 of the worst KKT residual",
+        [*(of(n, "certificate") for n in info.resolvers), "/scale/proof"],
     )
     distance = _plot(
         "Distance to the closed form, log10 [rad/s]", [compared(name) for name in info.resolvers]

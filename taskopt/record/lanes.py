@@ -60,7 +60,9 @@ class Lanes:
             stage.static(path, self._look(batch, row))
             if where[0] > 0 or batch.index[0] > 0:
                 start = np.zeros(1, dtype=np.int64)
-                stage.columns(path, start, start.astype("timedelta64[ns]"), rr.StateChange.columns(state=["free"]))
+                stage.columns(
+                    path, start, start.astype("timedelta64[ns]"), rr.StateChange.columns(state=["free"])
+                )
         words = [_words(batch, row, int(c)) for c in code[where]]
         stage.columns(path, batch.index[where], batch.time[where], rr.StateChange.columns(state=words))
 
@@ -91,7 +93,9 @@ class Lanes:
             before = self._flags.get((batch.resolver, what), False)
             self._flags[batch.resolver, what] = bool(flag[-1])
             turns = np.flatnonzero(flag != np.concatenate([[before], flag[:-1]]))
-            events += [(int(k), level if flag[k] else "DEBUG", what if flag[k] else f"over: {what}") for k in turns]
+            events += [
+                (int(k), level if flag[k] else "DEBUG", what if flag[k] else f"over: {what}") for k in turns
+            ]
         return events
 
     def _log(self, stage: Stage, batch: Batch, events: list[tuple[int, str, str]]) -> None:

@@ -1,6 +1,5 @@
 """Names of entities, colours, and the place of each resolver in the scene."""
 
-import os
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ _JOINT = (
     0x7FE0D0FF, 0xBFC7D5FF, 0x8FA3FFFF, 0xA8D65CFF,
 )  # fmt: skip
 LIMIT_LINE = 0x9A9A9AFF
-TARGET = 0xF4F4F4FF
+TARGET, ERROR, ELLIPSOID = 0xF4F4F4FF, 0xFF3030FF, 0xF0C43C70
 LOWER, UPPER, BROKEN, FREE = 0x3D8BD9FF, 0xD24B4BFF, 0xE0A020FF, 0x2C313AFF
 
 
@@ -34,7 +33,8 @@ def resolver_colour(index: int) -> int:
 
 def short(names: tuple[str, ...]) -> list[str]:
     """Names without the prefix that all of them share, up to its last underscore."""
-    common = os.path.commonprefix(names) if len(names) > 1 else ""
+    alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)] if len(names) > 1 else []
+    common = names[0][: [*alike, False].index(False)] if names else ""
     cut = common.rfind("_") + 1
     return [name[cut:] for name in names]
 
@@ -45,6 +45,7 @@ def joint_colours(count: int) -> Any:
 
 
 def colours(*values: int) -> Any:
+    """0xRRGGBBAA values as Rerun wants them: three plain integers would be read as one colour."""
     return np.array(values, dtype=np.uint32)
 
 

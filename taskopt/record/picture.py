@@ -1,16 +1,23 @@
 """Pictures of a recording without a display: Rerun's own viewer, headless."""
 
+import os
 import socket
+import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from taskopt.errors import InvalidValue, MissingFile, NotInstalled, TaskoptError
+from taskopt.errors import BadLog, InvalidValue, MissingFile, TaskoptError
 from taskopt.record.stage import TIME
 from taskopt.record.viewing import viewer_program
 
-_SETTLE = 4.0  # [s] that the viewer needs to load meshes and lay out plots
-_ATTEMPTS = 40
+SIZE = "1920x1080"
+_PATIENCE = 60.0  # [s] for everything together
+_IDLE = 8.0  # [s] without loading after which nothing will come
+_SETTLE = 1.5  # [s] between two looks; once they are alike, everything is loaded and laid out
+_FIRST = 3.0  # [s] before the first look
 _DRIVERS = "apt-get install mesa-vulkan-drivers libvulkan1"
 
 
@@ -18,11 +25,11 @@ class NoGraphics(TaskoptError, RuntimeError):
     """There is nothing that could draw; the message says what to install."""
 
 
-def take_picture(recording: Path, picture: Path, at: float | None = None, width: int = 1600) -> Path:
-    """Write a PNG of the recording's own layout, with the cursor at `at` [s] (default: the middle).
+def take_picture(recording: Path, picture: Path, at: float | None = None) -> Path:
+    """Write a PNG (1920 × 1080) of the recording's own layout, the cursor at `at` [s], else in the middle.
 
-    Takes 10 to 15 s. Raises `MissingFile` for the recording, `InvalidValue` if the picture cannot be
-    written, and `NoGraphics` where there is neither a GPU nor a software renderer.
+    Takes about 10 s. Raises `MissingFile` and `BadLog` for the recording, `InvalidValue` if the picture
+    cannot be written, and `NoGraphics` where there is neither a GPU nor a software renderer.
     """
     if not recording.is_file():
         raise MissingFile(f"no recording at {recording}")
@@ -30,44 +37,90 @@ def take_picture(recording: Path, picture: Path, at: float | None = None, width:
         raise InvalidValue(f"the time of a picture must be ≥ 0 s, got {at:g}")
     if not picture.parent.is_dir():
         raise InvalidValue(f"cannot write {picture}: there is no folder {picture.parent}")
-    viewer = _viewer()
-    try:
-        _wait_until_ready(viewer)
+    with _headless() as viewer:
         viewer.open(str(recording.resolve()))
-        time.sleep(_SETTLE)
-        viewer.set_time(TIME, duration=_middle(recording) if at is None else at, play_state="paused")
-        time.sleep(_SETTLE)
-        picture.write_bytes(viewer.take_screenshot(max_size=width))
+        end = _loaded(viewer, recording)
+        viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
+        image = _settled(viewer)
+    try:
+        picture.write_bytes(image)
     except OSError as error:
         raise InvalidValue(f"cannot write {picture}: {error.strerror}") from error
-    finally:
-        viewer.quit()
     return picture
 
 
-def _viewer() -> Any:
-    try:
-        from rerun.experimental import ViewerClient
-    except ImportError as error:
-        raise NotInstalled("Rerun 0.41 with its viewer", "'rerun-sdk>=0.41,<0.42'") from error
-    program = viewer_program()
-    return ViewerClient.spawn(
-        headless=True, port=_free_port(), hide_welcome_screen=True, executable_path=program
+@contextmanager
+def _headless() -> Iterator[Any]:
+    """A viewer without a window that only this machine can reach; it ends with the context."""
+    from rerun.experimental import ViewerClient
+
+    port = _free_port()
+    words = [
+        viewer_program(),
+        "--headless",
+        "--port",
+        str(port),
+        "--bind",
+        "127.0.0.1",
+        "--hide-welcome-screen",
+    ]
+    quiet = {**os.environ, "RUST_LOG": "error"}
+    program = subprocess.Popen(
+        [*words, "--window-size", SIZE], env=quiet, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
+    try:
+        _wait_until_up(program, port)
+        yield ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+    finally:
+        program.terminate()
+        with suppress(subprocess.TimeoutExpired):
+            program.wait(5.0)
+        if program.poll() is None:
+            program.kill()
 
 
-def _wait_until_ready(viewer: Any) -> None:
-    """A viewer without graphics ends at once; one with them answers within seconds."""
-    for _ in range(_ATTEMPTS):
+def _wait_until_up(program: "subprocess.Popen[bytes]", port: int) -> None:
+    """Wait for the viewer to listen and to have found something to draw with."""
+    from rerun.experimental import ViewerClient
+
+    start = time.monotonic()
+    while time.monotonic() - start < _PATIENCE and program.poll() is None:
         try:
-            viewer.get_state()
-        except (RuntimeError, OSError, ValueError):
-            time.sleep(0.25)
+            ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy").get_state()
+        except (ConnectionError, RuntimeError, TimeoutError):
+            time.sleep(0.2)
         else:
             return
     raise NoGraphics(
-        f"the viewer does not start without a display: no graphics driver was found; install one with: {_DRIVERS}"
+        "the viewer does not start without a display: it found no graphics driver; a software renderer "
+        f"will do: {_DRIVERS}"
     )
+
+
+def _loaded(viewer: Any, recording: Path) -> float:
+    """Wait until the recording is there; its last time [s]."""
+    start = quiet = time.monotonic()
+    while time.monotonic() - start < _PATIENCE and time.monotonic() - quiet < _IDLE:
+        state = viewer.get_state()
+        ends = [t.end for r in state.recordings for t in r.timelines if t.name == TIME and t.end is not None]
+        if ends and not state.loading:
+            return max(ends) * 1e-9
+        if state.loading:
+            quiet = time.monotonic()
+        time.sleep(0.3)
+    raise BadLog(f"the viewer finds no step in {recording}; is it a recording of a run?")
+
+
+def _settled(viewer: Any) -> bytes:
+    """The screen, once it no longer changes."""
+    time.sleep(_FIRST)
+    start, image = time.monotonic(), b""
+    while time.monotonic() - start < _PATIENCE:
+        before, image = image, viewer.take_screenshot()
+        if image == before:
+            break
+        time.sleep(_SETTLE)
+    return image
 
 
 def _free_port() -> int:

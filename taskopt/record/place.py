@@ -27,7 +27,8 @@ class Place:
         span = self.upper - self.lower
         if self.flat:
             return np.array([column * 1.15 * span[0], -row * 1.15 * span[1], 0.0])
-        return np.array([-row * (1.2 * span[0] + 0.3), column * (1.1 * span[1] + 0.35), 0.0])
+        aside = column + 0.5 * row  # the second row stands in the gaps of the first
+        return np.array([-row * (1.2 * span[0] + 0.3), aside * (1.1 * span[1] + 0.35), 0.0])
 
     def eye(self, count: int) -> tuple[Array, Array, Array]:
         """Position, look-at point and up direction of a camera that sees `count` robots."""
@@ -35,8 +36,9 @@ class Place:
         lower, upper = (self.lower + offsets).min(axis=0), (self.upper + offsets).max(axis=0)
         centre, span = 0.5 * (lower + upper), float(np.linalg.norm(upper - lower))
         if self.flat:
-            return centre + [0.0, 0.0, 1.0 * span], centre, np.array([0.0, 1.0, 0.0])
-        toward = np.array([1.0, -0.55 if count == 1 else -0.25, 0.4])
+            return centre + np.array([0.0, 0.0, span]), centre, np.array([0.0, 1.0, 0.0])
+        sideways = -0.55 if count == 1 else -0.25 if count == self.columns else 0.0
+        toward = np.array([1.0, sideways, 0.4])
         return centre + 0.95 * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
 
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 LOGS = Path("logs")
 RECORDING = "run.rrd"
+_MESSAGE = b"\xff\xff\xff\xff"  # what each message of an Arrow stream begins with
 
 
 def read_table(path: str | Path) -> "pa.Table":
@@ -26,24 +27,32 @@ def read_table(path: str | Path) -> "pa.Table":
     file = Path(path) / TABLE if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise MissingFile(f"no table at {file}; a log folder holds {TABLE}")
-    size = file.stat().st_size
-    if size == 0:
+    if file.stat().st_size == 0:
         raise BadLog(f"{file} is empty: the run ended before its first batch")
     batches: list[pa.RecordBatch] = []
     with pa.OSFile(str(file)) as source:
+        start = 0
         try:
             reader = pa.ipc.open_stream(source)
+            start = source.tell()
             for batch in reader:
                 batch.validate(full=True)
                 batches.append(batch)
+                start = source.tell()
         except (pa.ArrowInvalid, OSError) as error:
-            rows = sum(batch.num_rows for batch in batches)
-            cut_off = batches and source.tell() >= size
-            if not cut_off:
+            if not batches or not _cut_off(source, start):
+                rows = sum(batch.num_rows for batch in batches)
                 raise BadLog(
-                    f"{file} is damaged after {rows} whole rows ({source.tell()} of {size} bytes): {error}"
+                    f"{file} is damaged after {rows} whole rows ({start} of {source.size()} bytes): {error}"
                 ) from error
         return pa.Table.from_batches(batches, reader.schema)
+
+
+def _cut_off(source: "pa.NativeFile", start: int) -> bool:
+    """Whether the message at `start` is a sound one that the end of the file cuts short."""
+    tried = source.tell()
+    mark = source.read_at(4, start)
+    return tried >= source.size() and mark == _MESSAGE[: len(mark)]
 
 
 def read_manifest(folder: str | Path) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Listeners of a run: what a recorder is, and the log that gathers steps for its sinks."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
@@ -69,7 +69,7 @@ class Sink(Protocol):
         ...
 
 
-def record(steps: Iterable[Step], *recorders: Recorder) -> Iterator[Step]:
+def record(steps: Iterable[Step], *recorders: Recorder) -> Generator[Step, None, None]:
     """Pass the steps through, showing each to every recorder."""
     with ExitStack() as opened:
         listeners = [opened.enter_context(recorder) for recorder in recorders]
@@ -121,7 +121,7 @@ class Gatherer:
     ) -> None:
         self._done.set()
         self._watchdog.join()
-        status = "finished" if kind in (None, GeneratorExit) else "interrupted"
+        status = "finished" if kind is None else "interrupted"
         with ExitStack() as closing:
             for sink in self._sinks:
                 closing.callback(sink.close, status)

@@ -45,7 +45,9 @@ class RobotDrawing:
             pose = np.asarray(shape.placement.homogeneous)
             scale = np.asarray(shape.meshScale).ravel() if isinstance(archetype, rr.Asset3D) else np.ones(3)
             placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3] * scale)
-            stage.static(f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", archetype, placed)
+            stage.static(
+                f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", archetype, placed
+            )
 
     def move(self, stage: Stage, path: str, tick: IntArray, time: Any, q: Array) -> None:
         """Send the joint poses for each q, (k, nq)."""
@@ -72,7 +74,8 @@ class RobotDrawing:
         """Points (2, 3) of the box around the joints and the middles of all shapes at q."""
         poses = self.joint_poses(q[None])[0]
         centres = [
-            (poses[int(s.parentJoint)] @ s.placement.homogeneous @ [*_centre(s), 1.0])[:3] for s in self._shapes
+            (poses[int(s.parentJoint)] @ s.placement.homogeneous @ [*_centre(s), 1.0])[:3]
+            for s in self._shapes
         ]
         points = np.array([*centres, *poses[:, :3, 3]])
         return np.array([points.min(axis=0), points.max(axis=0)])

@@ -1,15 +1,15 @@
-"""What stands in the 3D view: a robot for each resolver, its task's desired and actual path, its ellipsoid."""
+"""What stands in the 3D view: a robot for each resolver, its desired and actual path, its ellipsoid."""
 
 from typing import Any
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
 from taskopt.pose import log3
 from taskopt.record.batch import Batch
+from taskopt.record.palette import ELLIPSOID, ERROR, TARGET, colours, part, resolver_colour, slug
 from taskopt.record.place import place_for
-from taskopt.record.palette import TARGET, colours, part, resolver_colour, slug
 from taskopt.record.recorder import RunInfo
 from taskopt.record.robot3d import RobotDrawing
 from taskopt.record.stage import Stage
@@ -29,7 +29,7 @@ class Scene:
         self._dt = info.scenario.dt
         self._robot = RobotDrawing(robot)
         self._at = Configuration(robot, q0)
-        self._tracked = next((t for t in info.plan.tasks if t.frame is not None), None)
+        self._tracked = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         self._last: dict[str, Array] = {}
         self._desired = _desired_paths(info)
         self.place = place_for([self._robot.corners(q0), *self._desired.values()], len(info.resolvers))
@@ -46,34 +46,40 @@ class Scene:
             stage.static(path, rr.Transform3D(translation=self.place.offset(index)))
             self._robot.draw(stage, f"{path}/robot", colour if several else None)
             self._robot.move(stage, f"{path}/robot", *_start(), self._info.scenario.start[None])
-            self._draw_signs(stage, path, colour, name if several else "")
+            self._draw_signs(stage, path, colour)
+            if several:
+                self._draw_label(stage, path, colour, name)
 
-    def _draw_signs(self, stage: Stage, path: str, colour: int, label: str) -> None:
+    def _draw_label(self, stage: Stage, path: str, colour: int, label: str) -> None:
+        """The resolver's name, behind a flat robot, above any other."""
         import rerun as rr
 
-        size = self.place.size
+        place = self.place
+        middle = 0.5 * (place.lower + place.upper)
+        above = np.array([0.0, 0.0, place.upper[2] + 0.08 * place.size])
+        spot = np.array([middle[0], place.upper[1], 0.0]) if place.flat else above
+        sign = rr.Points3D(
+            [spot], labels=[label], colors=colours(colour), radii=[0.002 * place.size], show_labels=True
+        )
+        stage.static(f"{path}/label", sign)
+
+    def _draw_signs(self, stage: Stage, path: str, colour: int) -> None:
+        """Desired paths, and the looks of what will move."""
+        import rerun as rr
+
         line = rr.Radius.ui_points
-        if label:
-            span = self.place.upper - self.place.lower
-            above = np.array([0.5 * (self.place.lower[0] + self.place.upper[0]), self.place.upper[1], 0.0])
-            spot = above if self.place.flat else np.array([0.0, 0.0, self.place.upper[2] + 0.08 * span[2]])
-            stage.static(
-                f"{path}/label",
-                rr.Points3D([spot], labels=[label], colors=colours(colour), radii=[0.002 * size], show_labels=True),
-            )
         for task in self._info.plan.tasks:
             if task.frame is None:
                 continue
             at = f"{path}/task/{part(task.name)}"
-            desired = self._desired.get(task.name)
-            if desired is not None:
-                path_of = rr.LineStrips3D([desired], colors=colours(TARGET), radii=[line(1.2)])
-                stage.static(f"{at}/desired", path_of)
-            for kind, shade, width in (("actual", colour, 3.0), ("error", 0xFF3030FF, 3.0)):
-                look = rr.LineStrips3D.from_fields(colors=colours(shade), radii=[line(width)])
+            if task.name in self._desired:
+                desired = rr.LineStrips3D([self._desired[task.name]], colors=colours(TARGET), radii=line(1.2))
+                stage.static(f"{at}/desired", desired)
+            for kind, shade in (("actual", colour), ("error", ERROR)):
+                look = rr.LineStrips3D.from_fields(colors=colours(shade), radii=line(3.0))
                 stage.static(f"{at}/{kind}", look)
-            stage.static(f"{at}/target", rr.TransformAxes3D(0.11 * size))
-        solid = rr.Ellipsoids3D.from_fields(colors=colours(0xF0C43C70), fill_mode="solid")
+            stage.static(f"{at}/target", rr.TransformAxes3D(0.11 * self.place.size))
+        solid = rr.Ellipsoids3D.from_fields(colors=colours(ELLIPSOID), fill_mode="solid")
         stage.static(f"{path}/ellipsoid", solid)
 
     def send(self, stage: Stage, batch: Batch) -> None:
@@ -87,9 +93,9 @@ class Scene:
         for task in batch.frame_tasks:
             self._paths(stage, batch, task, pick, f"{path}/task/{part(task)}")
         if self._tracked is not None:
-            self._ellipsoids(stage, batch, pick, f"{path}/ellipsoid")
+            self._ellipsoids(stage, batch, pick, self._tracked, f"{path}/ellipsoid")
 
-    def _paths(self, stage: Stage, batch: Batch, task: str, pick: Array, path: str) -> None:
+    def _paths(self, stage: Stage, batch: Batch, task: str, pick: IntArray, path: str) -> None:
         import rerun as rr
 
         tick, time = batch.index[pick], batch.time[pick]
@@ -100,28 +106,26 @@ class Scene:
         strips = np.stack([actual[:, :3, 3], target[:, :3, 3]], axis=1)
         stage.columns(f"{path}/error", tick, time, rr.LineStrips3D.columns(strips=list(strips)))
         points = actual[:, :3, 3]
-        before = self._last.get(path, points[:1])
+        before: Array = self._last.get(path, points[:1])
         self._last[path] = points[-1:]
         segments = np.stack([np.concatenate([before, points[:-1]]), points], axis=1)
         stage.columns(f"{path}/actual", tick, time, rr.LineStrips3D.columns(strips=list(segments)))
 
-    def _ellipsoids(self, stage: Stage, batch: Batch, pick: Array, path: str) -> None:
+    def _ellipsoids(self, stage: Stage, batch: Batch, pick: IntArray, frame: str, path: str) -> None:
         import rerun as rr
 
         centres, axes, turns = [], [], []
         for q in batch.q[pick]:
-            centre, sigma, rotation = self._velocity_ellipsoid(q)
+            centre, sigma, rotation = self._velocity_ellipsoid(frame, q)
             centres.append(centre)
             axes.append(np.maximum(self._scale * sigma, 0.004 * self.place.size))
             turns.append(_quaternion(rotation))
         shape = rr.Ellipsoids3D.columns(centers=centres, half_sizes=axes, quaternions=turns)
         stage.columns(path, batch.index[pick], batch.time[pick], shape)
 
-    def _velocity_ellipsoid(self, q: Array) -> tuple[Array, Array, Array]:
+    def _velocity_ellipsoid(self, frame: str, q: Array) -> tuple[Array, Array, Array]:
         """Centre, half-axes [m/s] and their directions: ṗ of the frame for ‖v‖ ≤ 1, ṗᵀ(J Jᵀ)⁻¹ṗ ≤ 1."""
-        assert self._tracked is not None
         self._at.update(q)
-        frame = self._tracked.frame
         J = self._at.jacobian(frame)[:3]
         rotation, sigma, _ = np.linalg.svd(J @ J.T)
         return self._at.pose(frame)[:3, 3], np.sqrt(sigma), rotation
@@ -129,7 +133,7 @@ class Scene:
     def _ellipsoid_scale(self) -> float:
         if self._tracked is None:
             return 0.0
-        largest = self._velocity_ellipsoid(self._info.scenario.start)[1].max()
+        largest = self._velocity_ellipsoid(self._tracked, self._info.scenario.start)[1].max()
         return _ELLIPSOID * self.place.size / max(float(largest), 1e-9)
 
 
@@ -145,12 +149,12 @@ def _desired_paths(info: RunInfo) -> dict[str, Array]:
     """Where the references of the frame tasks will go, (samples, 3) each; known before the run."""
     plan, q0 = info.new_plan(), info.scenario.start
     plan.start(q0, 0.0)
-    framed = [task for task in plan.tasks if task.target is not None]
-    paths: dict[str, list[Array]] = {task.name: [] for task in framed}
+    paths: dict[str, list[Array]] = {}
     for t in np.linspace(0.0, info.scenario.duration, _SAMPLES):
         plan.at(q0, float(t))
-        for task in framed:
-            paths[task.name].append(task.target[:3, 3].copy())
+        for task in plan.tasks:
+            if task.target is not None:
+                paths.setdefault(task.name, []).append(task.target[:3, 3].copy())
     return {name: np.array(points) for name, points in paths.items()}
 
 

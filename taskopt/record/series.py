@@ -61,9 +61,16 @@ class Series:
             for task in self._info.plan.tasks:
                 _lines(stage, of(name, "task", task.name, "error"), list(task.row_names), None)
                 for unit in UNITS:
-                    _lines(stage, of(name, "task", task.name, unit), [f"{name}: {task.name}"], colours(colour))
+                    _lines(
+                        stage, of(name, "task", task.name, unit), [f"{name}: {task.name}"], colours(colour)
+                    )
             for term in self.terms:
-                _lines(stage, of(name, "objective", term.task, term.name), [f"{name}: {term.name}"], colours(colour))
+                _lines(
+                    stage,
+                    of(name, "objective", term.task, term.name),
+                    [f"{name}: {term.name}"],
+                    colours(colour),
+                )
             for path in (of(name, "certificate"), of(name, "timing"), of(name, "beyond"), compared(name)):
                 _lines(stage, path, [name], colours(colour))
         _lines(stage, "/scale/range", ["lower limit", "upper limit"], colours(LIMIT_LINE, LIMIT_LINE))

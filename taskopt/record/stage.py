@@ -31,7 +31,9 @@ class Stage:
         try:
             self._file.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
         except RuntimeError as error:
-            raise InvalidValue(f"cannot write the recording {path}: {error}; choose another folder") from error
+            raise InvalidValue(
+                f"cannot write the recording {path}: {error}; choose another folder"
+            ) from error
         self._viewer = None if live is None else Viewer(live, name, f"{name}-{path.parent.name}", blueprint)
 
     def static(self, path: str, *archetypes: Any) -> None:
@@ -53,7 +55,7 @@ class Stage:
         import rerun as rr
 
         plain = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in content.items()}
-        self._send(lambda stream: stream.send_property(name, rr.AnyValues(**plain)))
+        self._send(lambda stream: stream.send_property(name, rr.AnyValues(drop_untyped_nones=True, **plain)))
 
     def flush(self) -> None:
         """Bring all of it to the file; what was sent before survives a kill."""

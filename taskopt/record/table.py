@@ -43,11 +43,10 @@ class TableSink:
 
         columns = self._columns(batch)
         rows = pa.RecordBatch.from_arrays(list(columns.values()), names=list(columns))
-        if self._writer is None:
-            self._writer = pa.ipc.new_stream(self._file, rows.schema)
-        self._writer.write_batch(rows)
+        writer = self._writer = self._writer or pa.ipc.new_stream(self._file, rows.schema)
+        writer.write_batch(rows)
 
-    def close(self, status: str) -> None:
+    def close(self, status: str) -> None:  # noqa: ARG002 (protocol)
         if self._writer is not None:
             self._writer.close()
         self._file.close()

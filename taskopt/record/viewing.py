@@ -32,8 +32,8 @@ def show(file: Path) -> None:
     """Open a recording in a window; raise `InvalidValue` where there is no display to open it on."""
     if not has_display():
         raise InvalidValue(
-            f"there is no display to open {file} on; write a picture instead (--picture out.png), or copy the "
-            "file to a machine with a display and run: rerun " + file.name
+            f"there is no display to open {file} on; write a picture instead (--picture out.png), or "
+            f"copy the file to a machine with a display and run: rerun {file.name}"
         )
     subprocess.Popen([viewer_program(), str(file)], start_new_session=True)
 
@@ -48,7 +48,7 @@ def live_viewer(port: int = PORT) -> str:
         return address
     if not has_display():
         raise InvalidValue(
-            f"no viewer listens on port {port}, and there is no display to open one on; start one elsewhere "
+            f"no viewer listens on port {port} and there is no display to open one on; start one elsewhere "
             f"and forward the port (ssh -R {port}:localhost:{port} …), or leave out --live"
         )
     subprocess.Popen([viewer_program(), "--port", str(port), "--bind", "127.0.0.1"], start_new_session=True)
@@ -57,7 +57,9 @@ def live_viewer(port: int = PORT) -> str:
         if listens(port):
             return address
         time.sleep(0.1)
-    raise InvalidValue(f"the viewer did not start within {_PATIENCE:g} s; leave out --live and open the recording later")
+    raise InvalidValue(
+        f"the viewer did not start within {_PATIENCE:g} s; leave out --live and open the recording later"
+    )
 
 
 def listens(port: int) -> bool:

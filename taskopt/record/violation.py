@@ -8,7 +8,7 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.configuration import Configuration
 from taskopt.limit import BoundLimit, JointPositionLimit
-from taskopt.record.batch import Batch
+from taskopt.record.batch import Batch, Mask
 from taskopt.record.recorder import RunInfo
 
 
@@ -31,14 +31,14 @@ class LimitGauge:
         return bounds[:2]
 
     @cached_property
-    def moving(self) -> Array:
+    def moving(self) -> Mask:
         """(nv,) whether a coordinate has two position limits that differ."""
         robot = self.info.scenario.robot
         width = robot.position_upper - robot.position_lower
         return (robot.position_index >= 0) & np.isfinite(width) & (width > 0.0)
 
     @cached_property
-    def fast(self) -> Array:
+    def fast(self) -> Mask:
         """(nv,) whether the stack bounds a velocity on both sides."""
         return np.isfinite(self.velocity_box).all(axis=0) & (self.velocity_box[0] < self.velocity_box[1])
 

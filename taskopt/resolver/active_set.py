@@ -45,8 +45,14 @@ class ActiveSet:
         state = memory.state.copy()
         answer = np.empty(layout.answer_size)
         code, rounds = resolve_kernel(
-            hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns,
-            self.shortcut, self.iterations, state, answer,
+            hierarchy.buffer,
+            hierarchy.norm,
+            layout.offsets,
+            layout.columns,
+            self.shortcut,
+            self.iterations,
+            state,
+            answer,
         )
         resolution = Resolution(hierarchy, answer, state, _STATUS[code], rounds)
         return resolution, Memory(state)
@@ -84,12 +90,16 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     if not shortcut or not normal_tick(
         A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y
     ):
-        code, rounds = _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y)
+        code, rounds = _general(
+            A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y
+        )
     certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
     if code == 2:
         x[:] = np.nan  # a compromise between contradicting limits is not for a robot
-    elif not (np.isfinite(x).all() and np.isfinite(residuals).all()):
-        code = 3  # a row that was not a number
+    else:
+        for residual in residuals.ravel():  # infinite where x is not a number, or a row was not
+            if not np.isfinite(residual):
+                code = 3
     return code, rounds
 
 
@@ -108,7 +118,9 @@ def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state
             squared += A[i, j] * A[i, j] / norm[j]
         scale[i] = root[i] * max(1.0, np.sqrt(squared))
         low[i], high[i] = lower[i] * root[i], upper[i] * root[i]
-    code, rounds = walk(S, scale, low, high, box_lower * stretch, box_upper * stretch, offsets, state, limit, x, y)
+    code, rounds = walk(
+        S, scale, low, high, box_lower * stretch, box_upper * stretch, offsets, state, limit, x, y
+    )
     for j in range(n):
         x[j] /= stretch[j]
         if state[j] != 0:

@@ -9,7 +9,6 @@ from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
 
-
 _COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy
 
 
@@ -59,8 +58,13 @@ def answered(
     residuals = answer[stop:end].reshape(layout.level_count + 1, 4)
     answer[end:] = hierarchy.buffer
     certify_kernel(
-        hierarchy.buffer, hierarchy.norm.ravel(), layout.offsets, layout.columns, answer[: layout.n],
-        answer[layout.n : stop].reshape(layout.level_count + 1, -1), residuals,
+        hierarchy.buffer,
+        hierarchy.norm.ravel(),
+        layout.offsets,
+        layout.columns,
+        answer[: layout.n],
+        answer[layout.n : stop].reshape(layout.level_count + 1, -1),
+        residuals,
     )
     if not np.isfinite(answer[: layout.n]).all() and status is Status.SOLVED:
         status = Status.FAILED
@@ -75,13 +79,16 @@ def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tup
     return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, nothing, status, iterations)
 
 
-def final_state(hierarchy: Hierarchy, x: Array, y: Array) -> StateArray:
-    """(n + M,) -1 or +1 where an inequality is violated or has a price at any level, by its nearer bound."""
+def final_state(hierarchy: Hierarchy, x: Array, y: Array, priced: float = _COUNTS) -> StateArray:
+    """(n + M,) -1 or +1 where an inequality is violated or has a price at any level, by its nearer bound.
+
+    `priced`: the least price that counts, relative to max(1, the largest of its level).
+    """
     lower = np.concatenate([hierarchy.box_lower, hierarchy.lower])
     upper = np.concatenate([hierarchy.box_upper, hierarchy.upper])
     value = np.concatenate([x, hierarchy.A @ x])
     largest = np.maximum(1.0, np.abs(y).max(axis=1, keepdims=True))
-    held = (np.abs(y) > _COUNTS * largest).any(axis=0)
+    held = (np.abs(y) > priced * largest).any(axis=0)
     outside = np.maximum(lower - value, value - upper) > _COUNTS * np.maximum(1.0, np.abs(value))
     side = np.where(np.abs(value - lower) < np.abs(upper - value), -1, 1)
     return np.where((held | outside) & (lower != upper), side, 0).astype(np.int8)

@@ -7,7 +7,7 @@ Escande, Mansard and Wieber (2014), Sect. 2.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ Solve = Callable[[QuadraticProgram], Solution]
 
 VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less is solver accuracy
 _DEAD = 1e-9  # a row that keeps less of itself in the null space moves nothing
-_PROXIMAL = 1e-4  # pull of the directions that a level leaves open towards where they were
+_PROXIMAL = (1e-4, 1e-2, 1.0)  # pull of directions that a level leaves open to where they were; in turn
 _REPEATS = 20
 _STILL = 1e-12  # a proximal step below it, relative, ends the repeats
 PRICED = 1e-6  # multiplier relative to the largest: a row above it holds for all later levels
@@ -87,9 +87,13 @@ def least_norm(solve: Solve, at: Array, equal: Split, rows: Rows) -> Solution:
     target = equal.goal / equal.sigma
     return solve(
         QuadraticProgram(
-            np.eye(p), at, np.vstack([equal.direction, rows.G]),
-            np.concatenate([target, rows.lower]), np.concatenate([target, rows.upper]),
-            np.full(p, -np.inf), np.full(p, np.inf),
+            np.eye(p),
+            at,
+            np.vstack([equal.direction, rows.G]),
+            np.concatenate([target, rows.lower]),
+            np.concatenate([target, rows.upper]),
+            np.full(p, -np.inf),
+            np.full(p, np.inf),
         )
     )
 
@@ -106,9 +110,20 @@ class Compromise:
 
 
 def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compromise:
-    """min ½‖y₁ − U₁ᵀ d‖² + ½‖t‖² with the soft rows relaxed by t, y₂ by proximal steps.
+    """min ½‖y₁ − U₁ᵀ d‖² + ½‖t‖² with the soft rows relaxed by t; a stronger pull where a solver fails."""
+    found, iterations = None, 0
+    for pull in _PROXIMAL:
+        found = _proximal(solve, equal, soft, rows, pull)
+        iterations += found.iterations
+        if found.status in (Status.SOLVED, Status.INFEASIBLE):
+            break
+    assert found is not None
+    return replace(found, iterations=iterations)
 
-    y₁ and t have a unit Hessian; y₂ has none of its own, so each step adds ½ρ‖y₂ − y₂ before‖².
+
+def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -> Compromise:
+    """y₁ and t have a unit Hessian; y₂ has none of its own, so each step adds ½ρ‖y₂ − y₂ before‖².
+
     Rockafellar (1976), SIAM J. Control and Optimization 14(5).
     """
     r, f, m = len(equal.goal), equal.free.shape[1], len(soft.lower)
@@ -116,11 +131,11 @@ def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compr
     slack = np.vstack([np.zeros((len(rows.lower), m)), -np.eye(m)])
     both = rows.joined(soft)
     C = np.hstack([both.G @ basis, slack])
+    H = np.diag(np.concatenate([np.ones(r), np.full(f, pull), np.ones(m)]))
     open_side = np.full(r + f + m, np.inf)
     before, iterations = np.zeros(f), 0
     for _ in range(_REPEATS):
-        H = np.diag(np.concatenate([np.ones(r), np.full(f, _PROXIMAL), np.ones(m)]))
-        g = np.concatenate([-equal.goal, -_PROXIMAL * before, np.zeros(m)])
+        g = np.concatenate([-equal.goal, -pull * before, np.zeros(m)])
         solution = solve(QuadraticProgram(H, g, C, both.lower, both.upper, -open_side, open_side))
         iterations += solution.iterations
         if solution.status is not Status.SOLVED:
@@ -136,6 +151,8 @@ def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compr
 
 def frozen(equal: Split, violated: Array, priced: Array) -> Array:
     """Basis (p, …) of what the levels below may still do, given the rows on z that hold from now on."""
-    held = np.vstack([equal.direction, *(rows / np.linalg.norm(rows, axis=1)[:, None] for rows in (violated, priced))])
+    held = np.vstack(
+        [equal.direction, *(rows / np.linalg.norm(rows, axis=1)[:, None] for rows in (violated, priced))]
+    )
     _, sigma, Vt = np.linalg.svd(held)
     return Vt[int(np.count_nonzero(sigma > _DEAD)) :].T

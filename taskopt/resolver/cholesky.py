@@ -17,8 +17,8 @@ def cholesky(K, m):
     for a in range(m):
         diagonal = K[a, a]
         for b in range(a):
-            K[a, b] = (K[a, b] - dot(K[a], K[b], b)) * K[b, b]
-        pivot = diagonal - dot(K[a], K[a], a)
+            K[a, b] = (K[a, b] - dot_rows(K, a, K, b, b)) * K[b, b]
+        pivot = diagonal - dot_rows(K, a, K, a, a)
         if not pivot > PIVOT * diagonal:
             return False
         K[a, a] = 1.0 / np.sqrt(pivot)
@@ -29,7 +29,7 @@ def cholesky(K, m):
 def cholesky_solve(K, b, m):
     """Solve L Lᵀ z = b in place, K as `cholesky` left it."""
     for a in range(m):
-        b[a] = (b[a] - dot(K[a], b, a)) * K[a, a]
+        b[a] = (b[a] - dot_row(K, a, b, a)) * K[a, a]
     for a in range(m - 1, -1, -1):
         value = b[a] * K[a, a]
         b[a] = value
@@ -38,9 +38,18 @@ def cholesky_solve(K, b, m):
 
 
 @kernel
-def dot(a, b, n):
-    """Σ a_j b_j over the first n terms."""
+def dot_rows(A, a, B, b, n):
+    """Σ_j A_aj B_bj over the first n columns; a slice of an array would cost more than the sum."""
     total = 0.0
     for j in range(n):
-        total += a[j] * b[j]
+        total += A[a, j] * B[b, j]
+    return total
+
+
+@kernel
+def dot_row(A, a, x, n):
+    """Σ_j A_aj x_j over the first n columns."""
+    total = 0.0
+    for j in range(n):
+        total += A[a, j] * x[j]
     return total

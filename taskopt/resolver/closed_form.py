@@ -14,7 +14,7 @@ from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy
 
 RANK = 1e-10  # a direction is lost if its singular value is below this times the largest row norm
-RATIO = 1e-3  # weight of a level against the level before it, where one cost stands for all levels
+SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels
 
 
 def pseudo_inverse(J: Array) -> Array:
@@ -43,13 +43,13 @@ def null_space_motion(J: Array, v: Array, v0: Array) -> Array:
 
 
 def damped_inverse(J: Array, damping: float) -> Array:
-    """J* = Jᵀ (J Jᵀ + k² I)⁻¹ (3.59), by singular values; k = `damping` > 0, slower and smoother with more."""
+    """J* = Jᵀ (J Jᵀ + k² I)⁻¹ (3.59); more of k = `damping` > 0 is slower and smoother; (n, m)."""
     U, sigma, Vt = np.linalg.svd(J, full_matrices=False)
     return (Vt.T * (sigma / (sigma**2 + damping**2))) @ U.T
 
 
 def task_priority(hierarchy: Hierarchy, damping: float = 0.0) -> Array:
-    """`prioritised` over the equalities of a hierarchy, hard ones first; inequalities are passed over; (n,)."""
+    """`prioritised` on the equalities of a hierarchy, hard ones first; inequalities are passed over."""
     return prioritised(equality_levels(hierarchy), hierarchy.norm, damping)
 
 
@@ -75,7 +75,16 @@ def prioritised(levels: Iterable[tuple[Array, Array, Array]], W: Array, damping:
     return inverse @ z
 
 
-def weighted_least_squares(hierarchy: Hierarchy, ratio: float = RATIO) -> Array:
+def level_ratio(levels: int) -> float:
+    """Weight of a level over that of the level before: two levels 1e-3, three 1e-2; one counts as two.
+
+    Evenly spaced within `SPREAD`: beyond it, rounding in the first level hides the last one, and no
+    answer in double precision can be certified.
+    """
+    return SPREAD ** (-1.0 / max(levels, 2))
+
+
+def weighted_least_squares(hierarchy: Hierarchy, ratio: float) -> Array:
     """min Σ_k ratio^(k−L) ½ Σ w (A_k x − b_k)² + ½ xᵀ W x over L levels, k from 0; (n,).
 
     One orthogonal factorisation of all rows; hard equalities hold exactly; inequalities are passed over.
@@ -109,7 +118,9 @@ def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
     unequal = np.flatnonzero(hierarchy.lower[first:] != hierarchy.upper[first:])
     if unequal.size:
         row = hierarchy.layout.row_names[first + int(unequal[0])]
-        raise InvalidValue(f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set")
+        raise InvalidValue(
+            f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set"
+        )
 
 
 def independent(sigma: Array, scale: float) -> np.ndarray:
@@ -124,9 +135,10 @@ def row_scale(J: Array, root: Array) -> float:
 
 def root_of(W: Array) -> Array:
     """L with W = Lᵀ L, (n, n) upper triangular."""
-    return np.diag(np.sqrt(W)) if W.ndim == 1 else np.linalg.cholesky(W).T
+    return np.asarray(np.diag(np.sqrt(W)) if W.ndim == 1 else np.linalg.cholesky(W).T, dtype=np.float64)
 
 
 def inverse_root(W: Array) -> Array:
     """L⁻¹ with W = Lᵀ L, (n, n)."""
-    return np.diag(1.0 / np.sqrt(W)) if W.ndim == 1 else np.linalg.inv(root_of(W))
+    inverse = np.diag(1.0 / np.sqrt(W)) if W.ndim == 1 else np.linalg.inv(root_of(W))
+    return np.asarray(inverse, dtype=np.float64)

@@ -71,7 +71,9 @@ def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
     rows, bounds = [], []
     for i, row in enumerate(np.vstack([np.eye(n), hard.A])):
         lower, upper = (
-            (hierarchy.box_lower[i], hierarchy.box_upper[i]) if i < n else (hard.lower[i - n], hard.upper[i - n])
+            (hierarchy.box_lower[i], hierarchy.box_upper[i])
+            if i < n
+            else (hard.lower[i - n], hard.upper[i - n])
         )
         for sign, value in ((-1.0, lower), (1.0, upper)):
             if np.isfinite(value):

@@ -25,7 +25,11 @@ class PseudoInverse:
     name: str = "pinv"
     strict: bool = True
 
-    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+    def __call__(
+        self,
+        hierarchy: Hierarchy,
+        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
+    ) -> tuple[Resolution, Memory]:
         return _formula(hierarchy, self.name, self.twin(hierarchy))
 
     def twin(self, hierarchy: Hierarchy) -> Array:
@@ -48,7 +52,11 @@ class DampedLeastSquares:
         if not (np.isfinite(self.damping) and self.damping > 0.0):
             raise InvalidValue(f"damping must be > 0, got {self.damping}; without damping it is pinv")
 
-    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+    def __call__(
+        self,
+        hierarchy: Hierarchy,
+        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
+    ) -> tuple[Resolution, Memory]:
         return _formula(hierarchy, self.name, self.twin(hierarchy))
 
     def twin(self, hierarchy: Hierarchy) -> Array:

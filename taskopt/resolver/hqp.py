@@ -49,7 +49,11 @@ class HierarchicalQP:
     def strict(self) -> bool:
         return True
 
-    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+    def __call__(
+        self,
+        hierarchy: Hierarchy,
+        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
+    ) -> tuple[Resolution, Memory]:
         descent = _Descent(hierarchy, self.solver)
         for k in range(1, hierarchy.layout.level_count + 1):
             if not descent.level(k):
@@ -130,7 +134,8 @@ class _Descent:
         violated = gap > VIOLATED * np.maximum(1.0, np.abs(wanted.G * xi).max(axis=1, initial=0.0))
         price = np.abs(found.multipliers[: len(binding.lower)])
         priced = price > max(PRICED * float(price.max(initial=0.0)), VIOLATED)
-        free = frozen(met, wanted.kept(violated).G @ self.Z, binding.kept(priced).G)
+        moving = violated & np.isin(wanted.index, wanted_here.index)  # a dead row has no direction to freeze
+        free = frozen(met, wanted.kept(moving).G @ self.Z, binding.kept(priced).G)
         self._advance(found.z, free)
         self.rows, self.least = self.rows.joined(wanted.kept(~violated)), False
         return True
@@ -163,7 +168,9 @@ class _Descent:
         index = hierarchy.n + int(hierarchy.layout.offsets[k]) + np.arange(len(level.lower))
         if k:
             root = np.sqrt(level.weight)
-            return Rows((root[:, None] * level.A) @ self.inverse, root * level.lower, root * level.upper, index)
+            return Rows(
+                (root[:, None] * level.A) @ self.inverse, root * level.lower, root * level.upper, index
+            )
         box = Rows(self.inverse, hierarchy.box_lower, hierarchy.box_upper, np.arange(hierarchy.n))
         rows = box.joined(Rows(level.A @ self.inverse, level.lower, level.upper, index))
         return rows.kept((rows.lower > -np.inf) | (rows.upper < np.inf))

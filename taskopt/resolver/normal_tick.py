@@ -19,7 +19,7 @@ runs.
 import numpy as np
 
 from taskopt.jit import kernel
-from taskopt.resolver.cholesky import cholesky, cholesky_solve, dot
+from taskopt.resolver.cholesky import cholesky, cholesky_solve, dot_row, dot_rows
 
 COVERED = 1e-6  # a column with less of D than this, relative to the largest, counts as uncovered
 FEASIBLE = 1e-12  # violation, relative to max(1, |bound|), that counts as none
@@ -33,15 +33,17 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     Returns whether the answer is accepted; if not, x and y hold nothing of value.
     """
     n, rows, levels = x.size, lower.size, offsets.size - 2
-    D, x0, last = np.empty(n), np.empty(n), np.empty(n, np.int64)
+    places, diagonal = np.empty(2 * n + rows, np.int64), np.empty(2 * n)
+    last, uncovered, chosen = places[:n], places[n : 2 * n], places[2 * n :]
+    D, x0 = diagonal[:n], diagonal[n:]
     joint_rows = _terminal(lower, upper, weight, norm, offsets, columns, D, x0, last)
     soft = offsets[levels] if joint_rows else rows  # first row that may keep a residual
-    chosen = np.empty(rows, np.int64)
     m = _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen)
     if m < 0:
         return False
-    uncovered = np.empty(n, np.int64)
-    u, thin = 0, COVERED * D.max()
+    u, thin = 0, 0.0
+    for j in range(n):
+        thin = max(thin, COVERED * D[j])
     for j in range(n):
         x[j] = x0[j] if state[j] == 0 else (box_upper[j] if state[j] > 0 else box_lower[j])
         if state[j] == 0 and D[j] <= thin:
@@ -49,14 +51,22 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
             u += 1
     if u > m:
         return False
-    MD, K, KN, G = np.empty((m, n)), np.empty((m, m)), np.empty((u, m)), np.empty((u, u))
+    work = np.empty(m * (n + m + u + 2) + u * (u + 2))  # one allocation costs as much as a dozen sums
+    MD, K = work[: m * n].reshape((m, n)), work[m * n : m * (n + m)].reshape((m, m))
+    KN = work[m * (n + m) : m * (n + m + u)].reshape((u, m))
+    multiplier, step = (
+        work[m * (n + m + u) : m * (n + m + u + 1)],
+        work[m * (n + m + u + 1) : m * (n + m + u + 2)],
+    )
+    G = work[m * (n + m + u + 2) : m * (n + m + u + 2) + u * u].reshape((u, u))
+    move, share = work[work.size - 2 * u : work.size - u], work[work.size - u :]
     if not _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, KN, G):
         return False
-    multiplier, step, move = np.zeros(m), np.empty(m), np.empty(u)
+    multiplier[:] = 0.0
     for _ in range(2):  # the second pass is the refinement
         for a in range(m):
             i = chosen[a]
-            step[a] = lower[i] - dot(A[i], x, n)
+            step[a] = lower[i] - dot_row(A, i, x, n)
             if i >= soft:
                 step[a] -= multiplier[a] / weight[i]
         for b in range(u):
@@ -74,9 +84,11 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
             multiplier[a] += step[a]
             for j in range(n):
                 x[j] += MD[a, j] * step[a]
-    largest = _prices(A, D, x0, norm, state, chosen, m, soft, multiplier, levels - 1 if joint_rows else levels, x, y)
+    largest = _prices(
+        A, D, x0, norm, state, chosen, m, soft, multiplier, levels - 1 if joint_rows else levels, x, y
+    )
     if joint_rows:
-        _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, last, state, x, y[levels])
+        _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, y[levels])
     price = y[levels - 1] if joint_rows else y[levels]
     return _accepted(A, lower, upper, box_lower, box_upper, state, x, price, SIGN * largest)
 
@@ -130,7 +142,7 @@ def _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, 
             MD[a, j] = A[i, j] / D[j] if state[j] == 0 and D[j] > thin else 0.0
     for a in range(m):
         for b in range(a + 1):
-            K[a, b] = dot(A[chosen[b]], MD[a], n)
+            K[a, b] = dot_rows(A, chosen[b], MD, a, n)
         if chosen[a] >= soft:
             K[a, a] += 1.0 / weight[chosen[a]]
     if not cholesky(K, m):
@@ -170,10 +182,9 @@ def _prices(A, D, x0, norm, state, chosen, m, soft, multiplier, terminal, x, y):
 
 
 @kernel
-def _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, last, state, x, price):
+def _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, price):
     """The norm's gradient W x balanced by rows: M for the uncovered columns, joint rows for the others."""
     n = x.size
-    share = np.empty(u)
     for b in range(u):
         share[b] = -norm[uncovered[b]] * x[uncovered[b]]
     cholesky_solve(G, share, u)
@@ -213,7 +224,7 @@ def _accepted(A, lower, upper, box_lower, box_upper, state, x, price, sign):
             x[j] = min(max(x[j], box_lower[j]), box_upper[j])
     for i in range(lower.size):
         if lower[i] != upper[i]:
-            value = dot(A[i], x, n)
+            value = dot_row(A, i, x, n)
             allowed = FEASIBLE * max(1.0, abs(value))
             if value > upper[i] + allowed or value < lower[i] - allowed:
                 return False

@@ -17,25 +17,27 @@ from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.qp import QuadraticProgram
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered, final_state, unanswered
-from taskopt.resolver.closed_form import RATIO, root_of, weighted_least_squares
+from taskopt.resolver.closed_form import SPREAD, level_ratio, root_of, weighted_least_squares
 from taskopt.solver.registry import solver
 
-_ACCURACY = 1e-11  # wanted in x
+_ACCURACY = 1e-9  # wanted in x
+_PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
+_OUTSIDE = 1e-7  # an answer that was not finished and leaves the limits by more is no answer
 
 
 @dataclass(frozen=True)
 class WeightedQP:
     """min Σ_k ratio^(k−1−L) ½ Σ w d_k(x)² + ½ xᵀ W x over L levels inside the hard limits, with any solver.
 
-    `ratio`: less keeps priorities better and the program worse conditioned. The smallest weight is
-    that of the norm, W itself, so that the certificate sees an error at the last level as well.
+    `ratio`: less keeps priorities better and the program worse conditioned; None: `level_ratio`. The
+    smallest weight is that of the norm, W itself, so that the certificate sees an error there too.
     """
 
     solver: str
-    ratio: float = RATIO
+    ratio: float | None = None
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.ratio <= 1.0:
+        if self.ratio is not None and not 0.0 < self.ratio <= 1.0:
             raise InvalidValue(f"ratio must be in (0, 1], got {self.ratio}")
 
     @property
@@ -46,29 +48,40 @@ class WeightedQP:
     def strict(self) -> bool:
         return False
 
-    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+    def __call__(
+        self,
+        hierarchy: Hierarchy,
+        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
+    ) -> tuple[Resolution, Memory]:
         problem = flatten(hierarchy, self.ratio)
-        qp = with_slacks(problem)
-        smallest = float(np.linalg.eigvalsh(qp.H[: problem.n, : problem.n])[0])
-        solution = solver(self.solver)(qp, _ACCURACY * min(1.0, smallest))
+        qp, R = orthogonal(problem)
+        solution = solver(self.solver)(qp, _ACCURACY)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return unanswered(problem, solution.status, solution.iterations)
-        x = solution.x[: problem.n].copy()
+        x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)
-        return answered(problem, x, y, final_state(problem, x, y), solution.status, solution.iterations)
+        state = final_state(problem, x, y, _PRICED)
+        resolution, carried = answered(problem, x, y, state, solution.status, solution.iterations)
+        if solution.status is not Status.SOLVED and resolution.certificate.residuals[0, 1] > _OUTSIDE:
+            return unanswered(problem, solution.status, solution.iterations)
+        return resolution, carried
 
     def twin(self, hierarchy: Hierarchy) -> Array:
-        return weighted_least_squares(hierarchy, self.ratio)
+        return weighted_least_squares(hierarchy, self.ratio or level_ratio(hierarchy.layout.level_count))
 
 
-def flatten(hierarchy: Hierarchy, ratio: float = RATIO) -> Hierarchy:
+def flatten(hierarchy: Hierarchy, ratio: float | None = None) -> Hierarchy:
     """The weighted problem as a hierarchy of one level, in which the norm has become n rows more."""
+    ratio = ratio or level_ratio(hierarchy.layout.level_count)
     layout = _one_level(hierarchy.layout, hierarchy.norm.ndim == 1)
     problem = Hierarchy.view(layout, np.empty(layout.size), np.ones(hierarchy.n))
     problem.owner[:] = hierarchy.owner
     count, levels = hierarchy.layout.row_count, hierarchy.layout.level_count
     diagonal = hierarchy.norm.ndim == 1
-    problem.A[:count], problem.A[count:] = hierarchy.A, np.eye(hierarchy.n) if diagonal else root_of(hierarchy.norm)
+    problem.A[:count], problem.A[count:] = (
+        hierarchy.A,
+        np.eye(hierarchy.n) if diagonal else root_of(hierarchy.norm),
+    )
     problem.lower[:count], problem.lower[count:] = hierarchy.lower, 0.0
     problem.upper[:count], problem.upper[count:] = hierarchy.upper, 0.0
     problem.weight[count:] = hierarchy.norm if diagonal else 1.0
@@ -89,22 +102,25 @@ def _one_level(layout: Layout, diagonal: bool) -> Layout:
     return Layout(layout.unknowns, (*blocks, norm), 1, layout.owners, (*column, *own))
 
 
-def with_slacks(problem: Hierarchy) -> QuadraticProgram:
-    """The program in x and r = √w d(x), r being a variable of its own: unit Hessian, no normal equations.
+def orthogonal(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
+    """The program in u = R x and slacks t, and R (n, n): min ½‖u − Qᵀ c‖² + ½‖t‖².
 
-    min ½ xᵀ W x + ½ rᵀ r  s.t.  lower ≤ A x − r / √w ≤ upper, limits and box hard; W stands in the
-    n last rows of `problem`, which is `flatten(hierarchy)`.
+    √w A = Q R over the equality rows of the one level, c = √w b: the Hessian is the identity, and no
+    normal equations are formed. Lawson and Hanson (1974), Chapter 23.
     """
-    n, limits, level = problem.n, problem.limits, problem.levels[0]
-    soft, hard = len(level.lower) - n, len(limits.lower)
-    W = level.A[soft:].T @ (level.weight[soft:, None] * level.A[soft:])
-    H = np.eye(n + soft)
-    H[:n, :n] = W
-    C = np.zeros((hard + soft, n + soft))
-    C[:, :n] = problem.A[: hard + soft]
-    C[hard:, n:] = np.diag(-1.0 / np.sqrt(level.weight[:soft]))
-    free = np.full(soft, np.inf)
-    return QuadraticProgram(
-        H, np.zeros(n + soft), C, problem.lower[: hard + soft], problem.upper[: hard + soft],
-        np.concatenate([problem.box_lower, -free]), np.concatenate([problem.box_upper, free]),
-    )
+    level, limits, n = problem.levels[0], problem.limits, problem.n
+    equal = level.lower == level.upper
+    root = np.sqrt(level.weight)
+    Q, R = np.linalg.qr(root[equal, None] * level.A[equal])
+    soft = root[~equal, None] * level.A[~equal]
+    m = len(soft)
+    rows = np.vstack([np.eye(n), limits.A, soft])
+    slack = np.vstack([np.zeros((len(rows) - m, m)), -np.eye(m)])
+    C = np.hstack([np.asarray(np.linalg.solve(R.T, rows.T).T, dtype=np.float64), slack])
+    lower = np.concatenate([problem.box_lower, limits.lower, root[~equal] * level.lower[~equal]])
+    upper = np.concatenate([problem.box_upper, limits.upper, root[~equal] * level.upper[~equal]])
+    bounded = (lower > -np.inf) | (upper < np.inf)
+    g = np.concatenate([-Q.T @ (root[equal] * level.upper[equal]), np.zeros(m)])
+    open_side = np.full(n + m, np.inf)
+    qp = QuadraticProgram(np.eye(n + m), g, C[bounded], lower[bounded], upper[bounded], -open_side, open_side)
+    return qp, R

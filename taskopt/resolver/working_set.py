@@ -48,7 +48,9 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
             x[:] = goal
             value[:] = ahead
             fresh = False
-        alpha, entering, side = _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead, stalls > 20)
+        alpha, entering, side = _block(
+            low, high, box_low, box_high, scale, state, x, goal, value, ahead, stalls > 20
+        )
         if entering >= 0:
             for j in range(n):
                 x[j] += alpha * (goal[j] - x[j])
@@ -119,11 +121,47 @@ def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y,
     rotate(V, beta, ranks[levels], rotated)
     for c in range(nf):
         x[free[c]] = rotated[c]
-    return _signs(S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high, residual, solution, x, state, y, bland)
+    return _signs(
+        S,
+        T,
+        order,
+        starts,
+        ranks,
+        offsets,
+        scale,
+        low,
+        high,
+        box_low,
+        box_high,
+        residual,
+        solution,
+        x,
+        state,
+        y,
+        bland,
+    )
 
 
 @kernel
-def _signs(S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high, residual, solution, x, state, y, bland):
+def _signs(
+    S,
+    T,
+    order,
+    starts,
+    ranks,
+    offsets,
+    scale,
+    low,
+    high,
+    box_low,
+    box_high,
+    residual,
+    solution,
+    x,
+    state,
+    y,
+    bland,
+):
     """All multipliers; returns the inequality with the worst sign at the first wrong level, or -1."""
     n, levels = x.size, starts.size - 1
     decided = np.zeros(n + low.size, np.bool_)

@@ -1,4 +1,4 @@
-"""Shapes of links made in code. The one door to Coal."""
+"""Shapes as Coal has them: links made in code, obstacles, convex hulls of meshes. The one door to Coal."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -12,8 +12,11 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.pose import homogeneous
+from taskopt.robot.shapes import Box, Capsule, HalfSpace, Shape, Sphere, turning_z_to
 
 _LINK_COLOUR = np.array([0.35, 0.55, 0.85, 1.0])
+_OBSTACLE_COLOUR = np.array([0.85, 0.35, 0.30, 0.8])
+_TOLERANCE, _ITERATIONS = 1e-12, 500  # at Coal's own 1e-6, gradients of hulls are off by 5 %
 
 
 def add_capsule(
@@ -26,21 +29,69 @@ def add_capsule(
 ) -> None:
     """Add a capsule around the segment from `start` to `stop` [m] in the frame of a joint."""
     a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
-    length = float(np.linalg.norm(b - a))
-    placement = homogeneous(_turning_z_to(b - a, length), 0.5 * (a + b))
-    shape = pin.GeometryObject(name, joint, pin.SE3(placement), coal.Capsule(radius, length))
+    placement = homogeneous(turning_z_to(b - a), 0.5 * (a + b))
+    form = coal.Capsule(radius, float(np.linalg.norm(b - a)))
+    shape = pin.GeometryObject(name, joint, pin.SE3(placement), form)
     shape.meshColor = _LINK_COLOUR
     shapes.addGeometryObject(shape)
 
 
-def _turning_z_to(direction: Array, length: float) -> Array:
-    """A rotation (3, 3) whose third column is the direction; a capsule lies along its own z."""
-    if length == 0.0:
-        return np.eye(3)
-    z = direction / length
-    out = np.empty((3, 3))
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-    out[:, 0] = x / np.linalg.norm(x)
-    out[:, 1] = np.cross(z, out[:, 0])
-    out[:, 2] = z
+def obstacle_object(shape: Shape, name: str | None = None) -> Any:
+    """An obstacle as a pin.GeometryObject fixed to the world, also for drawing it."""
+    out = pin.GeometryObject(name or shape.name, 0, pin.SE3(shape.pose), _form(shape))
+    out.meshColor = _OBSTACLE_COLOUR
     return out
+
+
+def _form(shape: Shape) -> Any:
+    match shape:
+        case Sphere():
+            return coal.Sphere(shape.radius)
+        case Capsule():
+            return coal.Capsule(shape.radius, shape.length)
+        case Box():
+            return coal.Box(np.array(shape.size))
+        case HalfSpace():
+            return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+
+
+def solid(shapes: Any) -> Any:
+    """A copy of a pin.GeometryModel with a convex hull for each mesh, and no pairs.
+
+    A mesh as loaded is a surface: it knows no inside, and a shape deep in it is at a positive distance.
+    """
+    out = pin.GeometryModel(shapes)
+    out.removeAllCollisionPairs()
+    for shape in out.geometryObjects:
+        if isinstance(shape.geometry, coal.BVHModelBase):
+            shape.geometry.buildConvexHull(True, "Qt")
+            shape.geometry = shape.geometry.convex
+    return out
+
+
+def exact(data: Any) -> Any:
+    """A pin.GeometryData whose distances are as good as floats allow, gradients to about 1e-9."""
+    for request in data.distanceRequests:
+        request.gjk_tolerance = request.epa_tolerance = _TOLERANCE
+        request.gjk_max_iterations = request.epa_max_iterations = _ITERATIONS
+    return data
+
+
+def core(shape: Any) -> tuple[float, float]:
+    """Size and radius [m] of a solid: it is a convex core no longer than the size, thickened by the radius."""
+    form = shape.geometry
+    if isinstance(form, coal.Sphere):
+        return 0.0, float(form.radius)
+    if isinstance(form, coal.Capsule):
+        return 2.0 * float(form.halfLength), float(form.radius)
+    if isinstance(form, coal.Halfspace):
+        return np.inf, 0.0
+    form.computeLocalAABB()
+    return 2.0 * float(form.aabb_radius), 0.0
+
+
+def extent(shape: Any) -> float:
+    """The farthest that any point of a solid can be from the origin of its joint [m]."""
+    shape.geometry.computeLocalAABB()
+    centre = shape.placement.act(np.asarray(shape.geometry.aabb_center).ravel())
+    return float(np.linalg.norm(centre)) + float(shape.geometry.aabb_radius)

@@ -1,11 +1,15 @@
 """Clarabel: an interior point. Goulart and Chen (2024), arXiv:2405.12762."""
 
-import clarabel
+from typing import Any
+
+import clarabel as package
 import numpy as np
 
 from taskopt.problem.qp import QuadraticProgram, Solution
 from taskopt.problem.resolution import Status
 from taskopt.solver.sparse import compressed
+
+clarabel: Any = package  # compiled: a type checker sees nothing in it
 
 _STATUS = {
     "Solved": Status.SOLVED,
@@ -40,7 +44,7 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     return Solution(np.array(found.x), y[: len(qp.C)], y[len(qp.C) :], status, found.iterations)
 
 
-def _settings(accuracy: float) -> clarabel.DefaultSettings:
+def _settings(accuracy: float) -> Any:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False  # it drops rows with large bounds, and their multipliers with them
@@ -52,4 +56,3 @@ def _settings(accuracy: float) -> clarabel.DefaultSettings:
     reached = max(accuracy, 1e-10)
     settings.reduced_tol_feas = settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = reached
     return settings
-

@@ -24,8 +24,16 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     lower = np.maximum(np.concatenate([qp.box_lower, qp.lower]), -_FREE)
     sense = np.where(lower == upper, _EQUALITY, 0).astype(np.intc)
     x, _, flag, info = daqp.solve(
-        np.ascontiguousarray(qp.H), qp.g, np.ascontiguousarray(qp.C), upper, lower, sense,
-        primal_tol=tolerance, dual_tol=tolerance, eps_prox=0.0, iter_limit=1000,
+        np.ascontiguousarray(qp.H),
+        qp.g,
+        np.ascontiguousarray(qp.C),
+        upper,
+        lower,
+        sense,
+        primal_tol=tolerance,
+        dual_tol=tolerance,
+        eps_prox=0.0,
+        iter_limit=1000,
     )
     y = np.asarray(info["lam"])
     return Solution(np.asarray(x), y[n:], y[:n], _STATUS.get(flag, Status.FAILED), info["iterations"])

@@ -25,8 +25,15 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     engine = proxqp.dense.QP(qp.n, len(equal) - rows, rows, True, dense_backend=_BACKEND)
     _ask(engine.settings, tolerance)
     engine.init(
-        qp.H, qp.g, qp.C[equal], qp.upper[equal], qp.C[free], qp.lower[free], qp.upper[free],
-        qp.box_lower, qp.box_upper,
+        qp.H,
+        qp.g,
+        qp.C[equal],
+        qp.upper[equal],
+        qp.C[free],
+        qp.lower[free],
+        qp.upper[free],
+        qp.box_lower,
+        qp.box_upper,
     )
     engine.solve()
     found = engine.results

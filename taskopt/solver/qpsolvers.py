@@ -18,7 +18,7 @@ _OPTIONS = {  # its own name of the tolerance, or none
     "scs": ("eps_abs", "eps_rel"),
     "piqp": ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"),
 }
-_EXTRA: dict[str, dict[str, object]] = {
+_EXTRA: dict[str, dict[str, Any]] = {
     "osqp": {"max_iter": 20000},
     "scs": {"max_iters": 50000},
     "piqp": {"check_duality_gap": True},
@@ -34,7 +34,8 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     except ImportError as error:
         raise NotInstalled("qpsolvers", "qpsolvers") from error
     problem, (equal, above, below) = _translate(qp, name)
-    options = {option: max(accuracy, 1e-10) for option in _OPTIONS.get(name, ())} | _EXTRA.get(name, {})
+    options: dict[str, Any] = dict.fromkeys(_OPTIONS.get(name, ()), max(accuracy, 1e-10))
+    options |= _EXTRA.get(name, {})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the status says it
         try:
@@ -44,7 +45,7 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     if not found.found or found.x is None:
         return _nothing(qp)
     y = np.zeros(len(qp.C))
-    if len(above) + len(below):
+    if found.z is not None and len(above) + len(below):
         y[above] += found.z[: len(above)]
         y[below] -= found.z[len(above) :]
     if len(equal):
@@ -69,9 +70,13 @@ def _translate(qp: QuadraticProgram, name: str) -> tuple[Any, tuple[IntArray, In
     form = np.asarray if name in qpsolvers.dense_solvers else compressed
     free = _INFINITY.get(name, np.inf)
     problem = qpsolvers.Problem(
-        form(qp.H), qp.g,
-        form(G) if len(G) else None, np.concatenate([qp.upper[above], -qp.lower[below]]) if len(G) else None,
-        form(A) if len(A) else None, qp.upper[equal] if len(A) else None,
-        np.maximum(qp.box_lower, -free), np.minimum(qp.box_upper, free),
+        form(qp.H),
+        qp.g,
+        form(G) if len(G) else None,
+        np.concatenate([qp.upper[above], -qp.lower[below]]) if len(G) else None,
+        form(A) if len(A) else None,
+        qp.upper[equal] if len(A) else None,
+        np.maximum(qp.box_lower, -free),
+        np.minimum(qp.box_upper, free),
     )
     return problem, (equal, above, below)

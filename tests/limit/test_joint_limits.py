@@ -144,3 +144,10 @@ def test_velocities_that_do_not_fit_the_robot_are_refused(limit, error):
     """Negative, NaN, wrong size, unknown joint."""
     with pytest.raises(error):
         limit.bind(robot("panda"), 1e-3)
+
+
+def test_at_a_tie_the_bound_keeps_its_owner():
+    """Where the damper comes to the velocity limit exactly, it does not take the bound over."""
+    of = robot("planar")  # upper limit 3 rad, 2 rad/s
+    _, owner = box_at(of, np.full(3, 2.0), [JointVelocityLimit(), JointPositionLimit(0.5)], dt=0.25)
+    assert (owner[1] == 1).all()

@@ -122,9 +122,7 @@ def test_contradicting_hard_rows_are_infeasible():
 
 def test_too_few_iterations_are_admitted():
     """An answer that is not finished does not claim to be."""
-    hierarchy = next(
-        h for h in map(large_hierarchy, range(1, 100, 4)) if ActiveSet()(h)[0].iterations > 5
-    )
+    hierarchy = next(h for h in map(large_hierarchy, range(1, 100, 4)) if ActiveSet()(h)[0].iterations > 5)
     assert ActiveSet(iterations=2)(hierarchy)[0].status is Status.ITERATION_LIMIT
 
 

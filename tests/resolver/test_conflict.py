@@ -29,7 +29,9 @@ def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> 
     low = [*hierarchy.box_lower, *hierarchy.limits.lower]
     high = [*hierarchy.box_upper, *hierarchy.limits.upper]
     names = [hierarchy.bound_name(j, True) for j in range(hierarchy.n)] + list(layout.row_names)
-    for row, name, lower, upper in zip([*np.eye(hierarchy.n), *hierarchy.limits.A], names, low, high, strict=False):
+    for row, name, lower, upper in zip(
+        [*np.eye(hierarchy.n), *hierarchy.limits.A], names, low, high, strict=False
+    ):
         for side, sign, bound in (("lower", -1.0, lower), ("upper", 1.0, upper)):
             if np.isfinite(bound) and (all_sides or Side(name, side, float(bound)) in kept):
                 rows.append(sign * row)

@@ -1,0 +1,42 @@
+"""How far a run is from its limits: zero inside, exact outside."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from taskopt.limit import JointVelocityLimit
+from taskopt.record.batch import Batch
+from taskopt.record.recorder import RunInfo
+from taskopt.record.violation import LimitGauge
+from taskopt.stack import Stack
+
+
+def test_the_limits_in_force_are_those_of_the_stack(info):
+    """0.9 rad/s was declared; two velocity limits give the tighter one."""
+    np.testing.assert_array_equal(LimitGauge(info).velocity_box, [[-0.9] * 3, [0.9] * 3])
+    stack = info.scenario.stack
+    both = [*stack.limits, JointVelocityLimit(velocity={"joint2": 0.5}), JointVelocityLimit(velocity=2.0)]
+    tighter = replace(info.scenario, stack=Stack(stack.levels, both))
+    box = LimitGauge(RunInfo(tighter, info.resolvers)).velocity_box
+    np.testing.assert_array_equal(box[1], [0.9, 0.5, 0.9])
+
+
+def test_no_velocity_limit_is_no_plot_and_no_violation(info, steps):
+    """Without a declared limit nothing is exceeded, and no joint is normalised."""
+    free = replace(info.scenario, stack=Stack(info.scenario.stack.levels))
+    gauge = LimitGauge(RunInfo(free, info.resolvers))
+    assert not gauge.fast.any()
+    assert not gauge.keeps_positions
+    assert gauge.velocity_violation(Batch(tuple(steps["pinv"]))).max() == 0.0
+
+
+def test_violations_are_measured_after_the_step(info, steps):
+    """q_next beyond ±3 rad by 0.25, v beyond 0.9 rad/s by 0.1: those are the figures."""
+    step = steps["pinv"][0]
+    out = replace(step, q_next=np.array([0.0, -3.25, 3.1]), v=np.array([1.0, -0.3, 0.9]))
+    batch = Batch((out,))
+    gauge = LimitGauge(info)
+    assert gauge.position_violation(batch)[0] == pytest.approx(0.25)
+    assert gauge.velocity_violation(batch)[0] == pytest.approx(0.1)
+    np.testing.assert_allclose(gauge.position_share(batch.q_next), [[0.0, -3.25 / 3, 3.1 / 3]])

@@ -1,0 +1,166 @@
+"""The formulas of Sect. 3.5 against what defines them, at generic and at singular points."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.problem.multipliers import certify_velocity
+from taskopt.problem.resolution import Status
+from taskopt.resolver.closed_form import (
+    damped_inverse,
+    level_ratio,
+    null_space_motion,
+    null_space_projector,
+    pseudo_inverse,
+    task_priority,
+    weighted_least_squares,
+    weighted_pseudo_inverse,
+)
+from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
+from tests.oracles import random_hierarchy
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def jacobian(seed: int, smallest: float = 0.1) -> Array:
+    """(6, 7) with singular values from 1 down to `smallest`."""
+    rng = np.random.default_rng(seed)
+    U, V = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (6, 7))
+    return U @ np.diag(np.geomspace(1.0, smallest, 6)) @ V[:6]
+
+
+@given(SEEDS)
+def test_the_pseudo_inverse_is_the_formula_of_the_chapter(seed: int) -> None:
+    """Jᵀ (J Jᵀ)⁻¹ (3.52), where J has full rank."""
+    J = jacobian(seed)
+    np.testing.assert_allclose(pseudo_inverse(J), J.T @ np.linalg.inv(J @ J.T), atol=1e-11)
+
+
+@given(SEEDS)
+def test_the_pseudo_inverse_keeps_its_four_properties_where_rank_is_lost(seed: int) -> None:
+    """Penrose (1955): J J† J = J, J† J J† = J†, both products symmetric."""
+    J = jacobian(seed)
+    J[5] = J[0] - 2.0 * J[3]
+    P = pseudo_inverse(J)
+    for product, expected in ((J @ P @ J, J), (P @ J @ P, P), (J @ P, (J @ P).T), (P @ J, (P @ J).T)):
+        np.testing.assert_allclose(product, expected, atol=1e-10)
+
+
+@given(SEEDS)
+def test_the_weighted_pseudo_inverse_is_the_formula_of_the_chapter(seed: int) -> None:
+    """W⁻¹ Jᵀ (J W⁻¹ Jᵀ)⁻¹ (3.50), for a full W and for a diagonal one."""
+    J = jacobian(seed)
+    L = np.random.default_rng(seed).normal(size=(7, 7)) + 3.0 * np.eye(7)
+    for W in (L.T @ L, np.diag(L) ** 2 + 0.1):
+        inverse = np.linalg.inv(W if W.ndim == 2 else np.diag(W))
+        expected = inverse @ J.T @ np.linalg.inv(J @ inverse @ J.T)
+        np.testing.assert_allclose(weighted_pseudo_inverse(J, W), expected, rtol=1e-8, atol=1e-9)
+
+
+@given(SEEDS)
+def test_internal_motion_does_not_move_the_hand(seed: int) -> None:
+    """J q̇ = v whatever q̇₀ (3.54), with J P = 0 to rounding however near a singularity."""
+    J = jacobian(seed, smallest=1e-6)
+    rng = np.random.default_rng(seed)
+    v = J @ rng.normal(size=7)
+    assert np.abs(J @ null_space_projector(J)).max() < 1e-14
+    np.testing.assert_allclose(J @ null_space_motion(J, v, rng.normal(size=7)), v, atol=1e-9)
+
+
+@given(SEEDS)
+def test_the_damped_inverse_minimises_its_cost(seed: int) -> None:
+    """(3.59) is the least-squares solution of [J; k I] q̇ = [v; 0]."""
+    J = jacobian(seed, smallest=1e-6)
+    v = np.random.default_rng(seed).normal(size=6)
+    stacked = np.vstack([J, 0.1 * np.eye(7)])
+    expected = np.linalg.lstsq(stacked, np.concatenate([v, np.zeros(7)]), rcond=None)[0]
+    np.testing.assert_allclose(damped_inverse(J, 0.1) @ v, expected, atol=1e-12)
+
+
+@given(SEEDS)
+def test_two_levels_of_task_priority_are_the_null_space_formula(seed: int) -> None:
+    """With q̇ = q̇₀ as second level the recursion is (3.54)."""
+    J, rng = jacobian(seed), np.random.default_rng(seed)
+    v, v0 = rng.normal(size=6), rng.normal(size=7)
+    x = task_priority(Hierarchy([Level(J, v), Level(np.eye(7), v0)]))
+    np.testing.assert_allclose(x, null_space_motion(J, v, v0), atol=1e-10)
+
+
+@given(SEEDS)
+def test_task_priority_is_certified_wherever_nothing_is_an_inequality(seed: int) -> None:
+    """Any rank, weights, conflicts and any norm: the recursion is the lexicographic optimum."""
+    rng = np.random.default_rng(seed)
+    first = rng.integers(-2, 3, (3, 6)).astype(float)
+    levels = [first, np.vstack([first[0] + first[1], rng.normal(size=(2, 6))]), rng.normal(size=(2, 6))]
+    L = rng.normal(size=(6, 6)) + 3.0 * np.eye(6)
+    hierarchy = Hierarchy(
+        [Level(A, rng.normal(size=len(A)), weight=rng.uniform(0.5, 2.0, len(A))) for A in levels],
+        norm=L.T @ L,
+    )
+    assert certify_velocity(hierarchy, task_priority(hierarchy)).worst < 1e-10
+
+
+def test_damping_never_leaks_into_a_higher_level() -> None:
+    """The second level moves only where the first is not touched, though the first is damped."""
+    J = jacobian(1, smallest=1e-3)
+    rng = np.random.default_rng(1)
+    hand = Level(J, rng.normal(size=6))
+    alone, both = Hierarchy([hand]), Hierarchy([hand, Level(np.eye(7), rng.normal(size=7))])
+    damped = DampedLeastSquares(damping=0.1)
+    np.testing.assert_allclose(J @ damped(both)[0].x, J @ damped(alone)[0].x, atol=1e-12)
+
+
+@given(SEEDS)
+def test_the_weighted_formula_solves_its_normal_equations(seed: int) -> None:
+    """Σ ratio^(k−L) Aᵀ w (A x − b) + W x = 0."""
+    rng = np.random.default_rng(seed)
+    A1, A2, b1, b2 = rng.normal(size=(2, 4)), rng.normal(size=(3, 4)), rng.normal(size=2), rng.normal(size=3)
+    W = rng.uniform(0.5, 2.0, 4)
+    ratio = level_ratio(2)
+    x = weighted_least_squares(Hierarchy([Level(A1, b1, weight=3.0), Level(A2, b2)], norm=W), ratio)
+    gradient = 3.0 * A1.T @ (A1 @ x - b1) + ratio * A2.T @ (A2 @ x - b2) + ratio**2 * W * x
+    assert ratio == pytest.approx(1e-3)
+    assert np.abs(gradient).max() < 1e-12
+
+
+def test_hard_equalities_come_first() -> None:
+    """A fixed unknown and a hard equality hold exactly in every closed form."""
+    limits = Level([[1.0, 1.0, 0.0]], [0.5])
+    box = ([-np.inf, -np.inf, 0.3], [np.inf, np.inf, 0.3])
+    hierarchy = Hierarchy([Level(np.eye(3), [5.0, 5.0, 5.0])], box=box, limits=limits)
+    for x in (task_priority(hierarchy), weighted_least_squares(hierarchy, 1e-3)):
+        np.testing.assert_allclose([x[0] + x[1], x[2]], [0.5, 0.3], atol=1e-12)
+
+
+def test_a_closed_form_claims_nothing() -> None:
+    """It leaves the limits, says FORMULA, and its certificate shows it."""
+    hierarchy = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [1.0]))
+    resolution, _ = PseudoInverse()(hierarchy)
+    assert resolution.status is Status.FORMULA
+    assert not resolution.claimed
+    assert resolution.x[0] == pytest.approx(2.0)
+    assert not resolution.certified()
+
+
+@pytest.mark.parametrize("formula", [PseudoInverse(), DampedLeastSquares()])
+def test_closed_forms_refuse_inequality_levels(formula: PseudoInverse | DampedLeastSquares) -> None:
+    """The row is named, and what can resolve it."""
+    hierarchy = Hierarchy([Level([[1.0]], upper=[2.0], name="keep below")])
+    with pytest.raises(InvalidValue, match="knows no inequality, got keep below/row 0"):
+        formula(hierarchy)
+
+
+def test_damping_must_be_positive() -> None:
+    """Zero damping is another resolver."""
+    with pytest.raises(InvalidValue, match="damping must be > 0"):
+        DampedLeastSquares(damping=0.0)
+
+
+def test_the_same_tick_gives_the_same_bits() -> None:
+    """No hidden state."""
+    hierarchy = random_hierarchy(3, "generic")
+    np.testing.assert_array_equal(task_priority(hierarchy), task_priority(hierarchy))

@@ -1,0 +1,160 @@
+"""`hqp/<solver>`: the raw answer of each solver against exact references and closed forms."""
+
+import numpy as np
+import pytest
+
+from taskopt.arrays import Array
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.problem.resolution import Status
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.polish import polish
+from tests.oracles import KINDS, lexicographic_optimum, random_hierarchy
+
+SOLVERS = ["daqp", "clarabel", "proxqp", "quadprog"]
+RIGHT = 1e-7  # largest error of x that counts as right: half the digits, where an interior point may end
+
+
+def errors(name: str, seeds: range) -> tuple[Array, Array, list[int]]:
+    """Raw error, polished error, and the seeds whose wrong answer was claimed and certified."""
+    resolve = HierarchicalQP(name)
+    raw, polished, lies = [], [], []
+    for seed in seeds:
+        hierarchy = random_hierarchy(seed)
+        exact = lexicographic_optimum(hierarchy)
+        resolution, _ = resolve(hierarchy)
+        raw.append(float(np.abs(resolution.x - exact).max()))
+        polished.append(float(np.abs(polish(resolution).x - exact).max()))
+        if not raw[-1] < 1e-5 and resolution.certified():
+            lies.append(seed)
+    return np.array(raw), np.array(polished), lies
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_raw_answers_are_the_exact_optimum(name: str) -> None:
+    """40 hierarchies of five kinds, degenerate, conflicting and rank-deficient ones among them."""
+    raw, _, lies = errors(name, range(40))
+    assert (raw < RIGHT).all()
+    assert lies == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOLVERS)
+def test_hundreds_of_hierarchies_are_exact_and_the_rest_is_flagged(name: str) -> None:
+    """At least 99 % raw, as many polished to 1e-9, and no wrong answer is certified."""
+    raw, polished, lies = errors(name, range(1000, 1600))
+    assert (raw < RIGHT).mean() >= 0.99
+    assert (polished < 1e-9).mean() >= 0.99
+    assert lies == []
+
+
+def redundant(seed: int, smallest: float, reach: float = 10.0) -> Hierarchy:
+    """A 6 × 7 Jacobian with singular values down to `smallest` above a posture, inside a box."""
+    rng = np.random.default_rng(seed)
+    U, V = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (6, 7))
+    J = U @ np.diag(np.geomspace(1.0, smallest, 6)) @ V[:6]
+    box = np.full(7, reach)
+    posture = Level(np.eye(7), rng.normal(size=7))
+    return Hierarchy([Level(J, J @ rng.normal(size=7)), posture], box=(-box, box))
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("smallest", [1e-1, 1e-3, 1e-6])
+def test_where_nothing_binds_the_raw_answer_is_the_closed_form(name: str, smallest: float) -> None:
+    """Equality rows instead of normal equations: 1e-9 relative, near singularities too."""
+    for seed in range(10):
+        hierarchy = redundant(seed, smallest)
+        resolution, _ = HierarchicalQP(name)(hierarchy)
+        expected = task_priority(hierarchy)
+        assert resolution.certified()
+        assert np.abs(resolution.x - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_answers_stay_inside_limits_that_bind_and_are_proven(name: str) -> None:
+    """Velocities within 1e-9 of the box, certificate below 1e-8, rows active nearly always."""
+    bound = 0
+    for seed in range(10):
+        resolution, _ = HierarchicalQP(name)(redundant(seed, 0.1, reach=0.5))
+        assert np.abs(resolution.x).max() < 0.5 + 1e-9
+        assert resolution.certified()
+        bound += bool(resolution.active)
+    assert bound >= 8
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_lower_level_never_worsens_a_higher_one(kind: str) -> None:
+    """Dropping the last level leaves the cost of all others as it was."""
+    for seed in range(15):
+        hierarchy = random_hierarchy(seed, kind)
+        shorter = Hierarchy(
+            [Level(k.A, lower=k.lower, upper=k.upper, weight=k.weight) for k in hierarchy.levels[:-1]],
+            box=(hierarchy.box_lower, hierarchy.box_upper),
+            limits=Level(hierarchy.limits.A, lower=hierarchy.limits.lower, upper=hierarchy.limits.upper),
+            norm=hierarchy.norm,
+        )
+        x, fewer = (HierarchicalQP("daqp")(h)[0].x for h in (hierarchy, shorter))
+        for level in hierarchy.levels[:-1]:
+            assert level.cost(x) == pytest.approx(level.cost(fewer), abs=1e-10)
+
+
+def test_a_row_without_a_direction_left_freezes_nothing() -> None:
+    """A violated row that depends on the level above must not take freedom from the level below."""
+    first = Level([[1.0, 0.0, 0.0]], [0.0])
+    second = Level(
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]], lower=[1.0, 1.0, -3.0], upper=[2.0, 2.0, -2.0]
+    )
+    third = Level([[0.0, 0.0, 1.0]], [5.0])
+    resolution, _ = HierarchicalQP("daqp")(Hierarchy([first, second, third]))
+    np.testing.assert_allclose(resolution.x, [0.0, -0.5, 5.0], atol=1e-9)
+
+
+def test_hard_equalities_are_kept_and_contradictions_are_infeasible() -> None:
+    """x₀ + x₁ = 1 holds to rounding; two such rows with different sides leave nothing."""
+    one = Level([[1.0, 1.0]], [1.0])
+    resolution, _ = HierarchicalQP("daqp")(Hierarchy([Level(np.eye(2), [3.0, 0.0])], limits=one))
+    np.testing.assert_allclose(resolution.x, [2.0, -1.0], atol=1e-12)
+    two = Level([[1.0, 1.0], [1.0, 1.0]], [1.0, 2.0])
+    resolution, _ = HierarchicalQP("daqp")(Hierarchy([Level(np.eye(2), [3.0, 0.0])], limits=two))
+    assert resolution.status is Status.INFEASIBLE
+    assert np.isnan(resolution.x).all()
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_limits_that_contradict_give_no_velocity(name: str) -> None:
+    """x₀ + x₁ ≥ 3 inside |x| ≤ 1: x is NaN, the status says why, and nothing is certified."""
+    box = (-np.ones(2), np.ones(2))
+    hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.5])], box=box, limits=Level([[1.0, 1.0]], lower=[3.0]))
+    resolution, _ = HierarchicalQP(name)(hierarchy)
+    assert resolution.status in (Status.INFEASIBLE, Status.FAILED, Status.ITERATION_LIMIT)
+    assert np.isnan(resolution.x).all()
+    assert not resolution.certified()
+
+
+def test_all_unknowns_fixed_leaves_one_answer() -> None:
+    """A box of equal bounds is the answer, if the hard rows allow it."""
+    fixed = ([0.5, -0.5], [0.5, -0.5])
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [3.0])], box=fixed)
+    resolution, _ = HierarchicalQP("daqp")(hierarchy)
+    np.testing.assert_allclose(resolution.x, [0.5, -0.5], atol=1e-14)
+    assert resolution.certified()
+    clash = Hierarchy([Level([[1.0, 1.0]], [3.0])], box=fixed, limits=Level([[1.0, 1.0]], lower=[1.0]))
+    assert HierarchicalQP("daqp")(clash)[0].status is Status.INFEASIBLE
+
+
+def test_no_levels_is_the_least_norm_inside_the_limits() -> None:
+    """Only a hard row: the nearest point to the origin."""
+    hierarchy = Hierarchy([], box=(-np.ones(2), np.ones(2)), limits=Level([[1.0, 1.0]], lower=[1.0]))
+    resolution, _ = HierarchicalQP("daqp")(hierarchy)
+    np.testing.assert_allclose(resolution.x, [0.5, 0.5], atol=1e-10)
+    assert resolution.certified()
+
+
+def test_a_full_norm_decides_what_stays_free() -> None:
+    """xᵀ W x is least on the line x₀ + x₁ = 1 for a W with off-diagonal terms."""
+    W = np.array([[2.0, 0.9], [0.9, 1.0]])
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [1.0])], norm=W)
+    resolution, _ = HierarchicalQP("daqp")(hierarchy)
+    inverse = np.linalg.solve(W, np.ones(2))
+    np.testing.assert_allclose(resolution.x, inverse / inverse.sum(), atol=1e-12)
+    assert resolution.certified()
