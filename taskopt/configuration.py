@@ -78,6 +78,11 @@ class Configuration:
         frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, out)
         return out
 
+    @property
+    def data(self) -> Any:
+        """Pinocchio's own memory (pin.Data), joints placed at q."""
+        return self._data
+
     def joint_poses(self) -> Array:
         """Poses (joints + 1, 4, 4) of all joints in the world, the world itself first."""
         return np.array([placement.homogeneous for placement in self._data.oMi])

@@ -22,7 +22,7 @@ class Scenario:
     """A robot that starts at q0 and follows a stack for `duration` [s] in steps of `dt` [s].
 
     Raises `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if
-    `duration` or `dt` is not positive.
+    `duration` or `dt` is not positive, and what `Stack.compile` raises.
     """
 
     robot: Robot
@@ -42,6 +42,7 @@ class Scenario:
         outside = self.robot.outside(self.start)
         if outside:
             raise InvalidValue(f"the start is outside the limits: {'; '.join(outside)}; move q0 inside")
+        self.stack.compile(self.robot, self.dt)  # unknown names and wrong sizes are errors of the declaration
 
     @property
     def start(self) -> Array:

@@ -6,9 +6,6 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
@@ -20,13 +17,6 @@ from taskopt.robot.robot import Robot
 Pair = tuple[int, int]  # places in robot.geometry.geometryObjects
 
 _SAMPLES = 300
-
-
-def add_srdf_pairs(model: Any, shapes: Any, srdf: Path) -> None:
-    """Give a pin.GeometryModel all pairs but those that an SRDF disables; none if it disables none."""
-    if next(ET.parse(srdf).iter("disable_collisions"), None) is not None:
-        shapes.addAllCollisionPairs()
-        pin.removeCollisionPairs(model, shapes, str(srdf))
 
 
 def self_pairs(robot: Robot) -> tuple[Pair, ...]:

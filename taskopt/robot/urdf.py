@@ -39,7 +39,10 @@ def lazy_parts(
 
     def shapes(kind: Any) -> Any:
         require_meshes(path, folders)
-        return pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+        out = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+        if srdf is not None and kind == pin.GeometryType.COLLISION:
+            _add_pairs(model, out, srdf)
+        return out
 
     model = read_tree(path, floating)
     return Parts(
@@ -97,6 +100,13 @@ def postures(srdf: Path, model: Any) -> dict[str, Array]:
             _set(q, model.joints[model.getJointId(joint)], values[joint])
         out[name] = pin.normalize(model, q)
     return out
+
+
+def _add_pairs(model: Any, shapes: Any, srdf: Path) -> None:
+    """Give the shapes all pairs but those that an SRDF disables; none where it disables none."""
+    if next(_parse(srdf).iter("disable_collisions"), None) is not None:
+        shapes.addAllCollisionPairs()
+        pin.removeCollisionPairs(model, shapes, str(srdf))
 
 
 def _set(q: Array, joint: Any, values: list[float]) -> None:

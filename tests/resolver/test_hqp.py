@@ -48,6 +48,38 @@ def test_hundreds_of_hierarchies_are_exact_and_the_rest_is_flagged(name: str) ->
     assert lies == []
 
 
+def large(seed: int) -> Hierarchy:
+    """10 to 38 unknowns in a tight box, 2 to 5 levels; by turns generic, with dependent rows, conflicting."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(10, 39))
+    levels: list[Level] = []
+    for k in range(int(rng.integers(2, 6))):
+        m = int(rng.integers(2, 8))
+        A, b, weight = rng.normal(size=(m, n)), rng.normal(size=m), rng.uniform(0.5, 3.0, m)
+        if seed % 3 == 1 and k > 0:
+            A[0] = levels[0].A[0]
+            A[-1] = A[0] + A[-2]
+        b *= 3.0 if seed % 3 == 2 else 1.0
+        width = np.abs(rng.normal(size=m))
+        equal = rng.random() < 0.7
+        levels.append(
+            Level(A, b, weight=weight) if equal else Level(A, lower=b - width, upper=b + 1.0, weight=weight)
+        )
+    box = rng.uniform(0.05, 0.5, n)
+    return Hierarchy(levels, box=(-box, box))
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_large_saturated_hierarchies_are_claimed_and_proven(name: str) -> None:
+    """Many bounds active at several levels: solved, certified to 1e-8, inside the box to 1e-9."""
+    for seed in range(12):
+        hierarchy = large(seed)
+        resolution, _ = HierarchicalQP(name)(hierarchy)
+        assert resolution.claimed
+        assert resolution.certified()
+        assert (np.abs(resolution.x) <= hierarchy.box_upper + 1e-9).all()
+
+
 def redundant(seed: int, smallest: float, reach: float = 10.0) -> Hierarchy:
     """A 6 × 7 Jacobian with singular values down to `smallest` above a posture, inside a box."""
     rng = np.random.default_rng(seed)
@@ -157,4 +189,13 @@ def test_a_full_norm_decides_what_stays_free() -> None:
     resolution, _ = HierarchicalQP("daqp")(hierarchy)
     inverse = np.linalg.solve(W, np.ones(2))
     np.testing.assert_allclose(resolution.x, inverse / inverse.sum(), atol=1e-12)
+    assert resolution.certified()
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_satisfied_row_of_a_level_that_cannot_be_met_still_binds_below(name: str) -> None:
+    """x₀ ≤ −1 is out of reach and freezes at −½; x₁ ≤ 1 is met, and level 2 may come up to it, no further."""
+    levels = [Level(np.eye(2), upper=[-1.0, 1.0]), Level(np.eye(2), [5.0, 5.0])]
+    resolution, _ = HierarchicalQP(name)(Hierarchy(levels, box=([-0.5, -9.0], [0.5, 9.0])))
+    np.testing.assert_allclose(resolution.x, [-0.5, 1.0], atol=1e-9)
     assert resolution.certified()

@@ -1,0 +1,54 @@
+"""Distances at a configuration, with their gradients: what obstacle objectives and limits stand on."""
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.configuration import Configuration
+from taskopt.jit import kernel
+from taskopt.robot.collision import Collision
+
+
+class Distances:
+    """Signed distances of the pairs of a `Collision`, their witness points, and their gradients.
+
+    `distance` (P,) [m] is negative where the solids overlap, then by the depth. `gradient` (P, nv) is
+    ∂d/∂q = nᵀ(J₂ − J₁), with n the normal from the first solid to the second and J₁, J₂ the Jacobians
+    of the witness points (Faverjon and Tournassoud (1987), ICRA). Both are those of the last `update`.
+    Where two witness points serve equally well, as between parallel faces, d has a kink, and the
+    gradient is that of one side.
+    """
+
+    def __init__(self, collision: Collision) -> None:
+        self.collision = collision
+        self.distance: Array = np.zeros(len(collision.pairs))
+        self.gradient: Array = np.zeros(collision.turn.shape)
+
+    def update(self, at: Configuration) -> None:
+        """Measure at a configuration, in place."""
+        self.collision.update(at.data)
+        distances_into(
+            self.collision.contact, self.collision.turn, at.joint_jacobians, self.distance, self.gradient
+        )
+
+    @property
+    def witness(self) -> Array:
+        """(P, 2, 3) a copy of the nearest points, first and second solid, in the world [m]."""
+        return self.collision.contact[:, 3:].reshape(-1, 2, 3).copy()
+
+
+@kernel
+def distances_into(contact, turn, J, distance, gradient):
+    """d = n·(p₂ − p₁) and ∂d/∂q_k = ±(n·v_k + (p₁ × n)·ω_k), v_k and ω_k being column k of J."""
+    for i in range(distance.size):
+        nx, ny, nz = contact[i, 0], contact[i, 1], contact[i, 2]
+        px, py, pz = contact[i, 3], contact[i, 4], contact[i, 5]
+        distance[i] = (
+            nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
+        )
+        mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+        for k in range(turn.shape[1]):
+            gradient[i, k] = 0.0
+            if turn[i, k] != 0.0:
+                gradient[i, k] = turn[i, k] * (
+                    nx * J[0, k] + ny * J[1, k] + nz * J[2, k] + mx * J[3, k] + my * J[4, k] + mz * J[5, k]
+                )
