@@ -19,12 +19,14 @@ import placo
 
 VELOCITY_SCALE = {"W1": 1.0, "W1v": 0.51}
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-Q0 = dict(zip([f"panda_joint{i}" for i in range(1, 8)], [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785], strict=True))
+POSTURE = (0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785)
+Q0 = {f"panda_joint{i}": value for i, value in enumerate(POSTURE, start=1)}
+PANDA = "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf"
 
 
 def urdf(scale: float) -> str:
     """The Panda without meshes, fingers fixed, velocity limits scaled; the path of a temporary file."""
-    paths = [Path(p) / "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf" for p in sys.path]
+    paths = [Path(p) / PANDA for p in sys.path]
     root = ET.parse(next(p for p in paths if p.exists())).getroot()
     for link in root.findall("link"):
         for child in [*link.findall("visual"), *link.findall("collision")]:

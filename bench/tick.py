@@ -112,7 +112,8 @@ def examine(work: works.Work, resolver: str, ticks: int) -> str:
         if pink:
             apart = max(apart, float(np.abs(ours.last.v - pink.velocity_at(q, i)).max()))
     beside = f"; largest deviation from pink {apart:.1e} rad/s" if pink else ""
-    return f"a limit is active on {100 * bound / ticks:.0f} % of the ticks; worst certificate {worst:.1e}{beside}"
+    share = f"a limit is active on {100 * bound / ticks:.0f} % of the ticks"
+    return f"{share}; worst certificate {worst:.1e}{beside}"
 
 
 def placo(python: str, name: str, ticks: int, warm: int) -> Array:

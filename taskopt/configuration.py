@@ -46,16 +46,13 @@ class Configuration:
         # (6, nv), Fortran order, Pinocchio's own memory; for nv = 1 its array has lost the second axis.
         self.joint_jacobians: Array = self._data.J.reshape((6, robot.nv), order="F")
         self.joint_placements: Array = _placements(self._data)  # (joints + 1, 12), likewise
-        self._compute()
+        self.update(self.q)
 
     def update(self, q: Array) -> None:
         """Move to q; only its size is checked."""
         if q.shape != self.q.shape:
             raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
         self.q[:] = q
-        self._compute()
-
-    def _compute(self) -> None:
         pin.computeJointJacobians(self._model, self._data, self.q)
 
     def frame(self, name: str) -> FrameView:

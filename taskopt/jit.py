@@ -5,9 +5,9 @@ to: they are compiled on first use, the machine code is cached on disk, and a li
 so while it happens.
 """
 
-import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -49,5 +49,5 @@ def _watch_callees(compiled: Any) -> None:
     callees = (value for value in function.__globals__.values() if isinstance(value, Dispatcher))
     files = frozenset({function.__code__.co_filename}).union(*(_sources.get(c, ()) for c in callees))
     _sources[compiled] = files
-    stats = [os.stat(file) for file in sorted(files)]
+    stats = [Path(file).stat() for file in sorted(files)]
     compiled._cache._cache_file._source_stamp = tuple((s.st_mtime, s.st_size) for s in stats)

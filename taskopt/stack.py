@@ -16,7 +16,7 @@ from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
 from taskopt.problem.layout import Block, Layout
 from taskopt.robot import Robot
 from taskopt.task import BoundTask, Task
-from taskopt.tick import KINDS, compiled_tick, flawed
+from taskopt.tick import KINDS, compiled_tick, fill_tick, flawed
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,20 +89,29 @@ class Plan:
         The first call starts the references, unless `start` did. Raises `InvalidValue` where q or a
         target is not finite, or q has the wrong size.
         """
-        if not self._started:
-            self.start(q, t)
+        self.aim(q, t)
         at = self.configuration
-        at.update(q)
-        for aim in self._aims:
-            aim(t)
         for fill, rows in self._fills:
             fill(at, t, rows)
-        flaw = self._tick()
+        flaw = fill_tick(*self.tick)
         for narrow, index in self._narrows:
             narrow(at, self._bounds, index)
         if flaw or (self._narrows and self._is_flawed()):
-            self._blame(t)
+            self.blame(t)
         return self.hierarchy
+
+    def aim(self, q: Array, t: float) -> None:
+        """Move the configuration to q and the targets to t: all of `at` but the rows."""
+        if not self._started:
+            self.start(q, t)
+        self.configuration.update(q)
+        for aim in self._aims:
+            aim(t)
+
+    @property
+    def in_one_call(self) -> bool:
+        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: no part has to be asked from Python."""
+        return not self._fills and not self._narrows
 
     def _prepare(self, hard: Sequence[RowLimit], boxes: Sequence[BoundLimit]) -> None:
         """Write what never changes, and sort the rest: one kernel call, and what Python has to ask."""
@@ -127,13 +136,13 @@ class Plan:
                 compiled.append((limit, index))
             else:
                 self._narrows.append((limit.narrow, index))
-        self._tick = compiled_tick(compiled, self.configuration, h)
+        self.tick = compiled_tick(compiled, self.configuration, h)
 
     def _is_flawed(self) -> bool:
         return flawed(self.hierarchy.buffer, self.robot.nv, self.layout.row_count)
 
-    def _blame(self, t: float) -> None:
-        """Name what is not finite."""
+    def blame(self, t: float) -> None:
+        """Raise `InvalidValue` that names what is not finite."""
         self.robot.checked_q(self.configuration.q)
         h = self.hierarchy
         for block in self.layout.blocks:

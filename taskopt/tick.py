@@ -5,8 +5,7 @@ are listed in one integer program over one float memory, and a single kernel wal
 without one fills its rows from Python, before or after that call.
 """
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -37,8 +36,8 @@ class Compiled(Protocol):
 
 def compiled_tick(
     parts: Sequence[tuple[Compiled, int]], at: Configuration, hierarchy: Hierarchy
-) -> Callable[[], bool]:
-    """The call that fills the hierarchy; it gives True where the outcome is flawed (see `flawed`).
+) -> tuple[Array | IntArray, ...]:
+    """The arguments of `fill_tick` for a hierarchy.
 
     `parts`: each with the row where it begins, or with its number as owner of bounds. The box and its
     owners start on every tick as they stand in the hierarchy now.
@@ -60,12 +59,15 @@ def compiled_tick(
             part.use(tables[at_table : (at_table := at_table + len(part.memory))])
     instructions = np.array(program, dtype=np.int64)
     J, placements = at.joint_jacobians, at.joint_placements
-    return partial(_fill, instructions, numbers, tables, at.q, J, placements, hierarchy.buffer)
+    return instructions, numbers, tables, at.q, J, placements, hierarchy.buffer
 
 
 @kernel
-def _fill(program, numbers, tables, q, J, joint_placements, buffer):
-    """Walk the program: [n, rows], then for each part its kind, row or owner, memory, length, own program."""
+def fill_tick(program, numbers, tables, q, J, joint_placements, buffer):
+    """Fill the hierarchy; True where the outcome is flawed (see `flawed`).
+
+    The program is [n, rows], then for each part its kind, row or owner, memory, length, own program.
+    """
     n, rows = program[0], program[1]
     A = buffer[: rows * n].reshape((rows, n))
     lower, upper = buffer[rows * n : rows * (n + 1)], buffer[rows * (n + 1) : rows * (n + 2)]

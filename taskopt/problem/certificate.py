@@ -142,7 +142,7 @@ def _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, val
 @kernel
 def _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y, gradient):
     """Own gradient of level k plus multipliers times rows, into `gradient` (n,); the largest term."""
-    n, rows, levels = x.size, lower.size, offsets.size - 2
+    n, levels = x.size, offsets.size - 2
     own, end = offsets[k + 1], offsets[min(k + 2, levels + 1)]
     largest = 1.0
     for j in range(n):

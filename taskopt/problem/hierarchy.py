@@ -244,7 +244,8 @@ def _ordered(lower: Array, upper: Array, name: str) -> None:
     if wrong.size:
         i = int(wrong[0])
         raise Infeasible(
-            f"{name}: bound {i} is empty, lower {lower[i]:g} and upper {upper[i]:g}; lower must not exceed upper"
+            f"{name}: bound {i} is empty, lower {lower[i]:g} and upper {upper[i]:g}; "
+            "lower must not exceed upper"
         )
 
 

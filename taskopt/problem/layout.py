@@ -51,6 +51,11 @@ class Layout:
         return sum(len(block.row_names) for block in self.blocks)
 
     @cached_property
+    def width(self) -> int:
+        """n + M: unknowns and rows, as multipliers and active sets count them."""
+        return self.n + self.row_count
+
+    @cached_property
     def offsets(self) -> IntArray:
         """First row of level 0 (hard), 1, …, and the end: level_count + 2 numbers."""
         counts = np.zeros(self.level_count + 2, dtype=np.int64)
@@ -77,7 +82,7 @@ class Layout:
     @cached_property
     def answer_size(self) -> int:
         """Length of an answer: x (n), multipliers (levels + 1)(n + M), certificate (levels + 1) 4, buffer."""
-        return self.n + (self.level_count + 1) * (self.n + self.row_count + 4) + self.size
+        return self.n + (self.level_count + 1) * (self.width + 4) + self.size
 
     def rows_of_level(self, level: int) -> slice:
         return slice(int(self.offsets[level]), int(self.offsets[level + 1]))

@@ -1,9 +1,9 @@
 """Multipliers for a bare x, so that anybody's array can be certified.
 
-Level by level, the y that comes nearest to stationarity: rows that are equalities, violated, or
-priced at an earlier level take either sign, rows at a bound take the sign of their side, all others
-none (non-negative least squares, Lawson and Hanson 1974, Chapter 23). If x is the lexicographic
-optimum such y exist (Dimitrov, Sherikov and Wieber 2015, Sect. 2), so a bad fit means a bad x.
+Level by level, the y that comes nearest to stationarity: rows that are equalities or violated take
+either sign, rows at a bound take the sign of their side, all others none (non-negative least
+squares, Lawson and Hanson 1974, Chapter 23). If x is the lexicographic optimum such y exist
+(Dimitrov, Sherikov and Wieber 2015, Sect. 2), so a bad fit means a bad x.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from taskopt.problem.hierarchy import Hierarchy
 
 NEAR = 1e-7  # a row is at its bound if it is nearer than this, relative to max(1, largest term)
 _NOTHING = 1e-13  # a gradient below it needs no multipliers: it is stationary as it is
-_DECIDES = 1e-9  # as in the certificate: a violation or price below it settles nothing
+_DECIDES = 1e-9  # as in the certificate: a violation below it settles nothing
 
 
 def certify_velocity(hierarchy: Hierarchy, x: ArrayLike) -> Certificate:
@@ -47,13 +47,11 @@ def find_multipliers(hierarchy: Hierarchy, x: Array, near: float = NEAR) -> Arra
         free = np.flatnonzero(settled[:before])
         signed = np.flatnonzero(~settled[:before] & (side[:before] != 0))
         y[k, free], y[k, signed] = _fit(gradient, G[free], G[signed], side[signed])
-        largest = max(1.0, float(np.abs(y[k, :before, None] * G[:before]).max(initial=0.0)))
-        settled |= np.abs(y[k]) > _DECIDES * largest
     return y
 
 
 def _standing(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[np.ndarray, np.ndarray]:
-    """Which rows may take either sign from the start, and at which bound (-1, 0, +1) each stands."""
+    """Which rows may take either sign, and at which bound (-1, 0, +1) each stands."""
     lower = np.concatenate([hierarchy.box_lower, hierarchy.lower])
     upper = np.concatenate([hierarchy.box_upper, hierarchy.upper])
     value = G @ x

@@ -19,7 +19,7 @@ from taskopt.resolver.normal_tick import normal_tick
 from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
-_STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
+STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
 
 
 @dataclass(frozen=True)
@@ -44,18 +44,9 @@ class ActiveSet:
             return resolve_whitened(self, hierarchy, memory)
         state = memory.state.copy()
         answer = np.empty(layout.answer_size)
-        code, rounds = resolve_kernel(
-            hierarchy.buffer,
-            hierarchy.norm,
-            layout.offsets,
-            layout.columns,
-            self.shortcut,
-            self.iterations,
-            state,
-            answer,
-        )
-        resolution = Resolution(hierarchy, answer, state, _STATUS[code], rounds)
-        return resolution, Memory(state)
+        problem = hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns
+        code, rounds = resolve_kernel(*problem, self.shortcut, self.iterations, state, answer)
+        return Resolution(hierarchy, answer, state, STATUS[code], rounds), Memory(state)
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         from taskopt.resolver.closed_form import task_priority
@@ -72,8 +63,8 @@ def _nothing_active(layout: Layout) -> Memory:
 def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answer):
     """One tick: closed form if it is accepted, else the walk; then the certificate.
 
-    Fills `answer` (x, multipliers, certificate, the problem) and `state`; returns (status code, factorisations),
-    zero factorisations meaning the closed form.
+    Fills `answer` (x, multipliers, certificate, the problem) and `state`; returns (status code,
+    factorisations), zero factorisations meaning the closed form.
     """
     n, rows, levels = norm.size, offsets[-1], offsets.size - 2
     width = n + rows

@@ -54,10 +54,8 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     work = np.empty(m * (n + m + u + 2) + u * (u + 2))  # one allocation costs as much as a dozen sums
     MD, K = work[: m * n].reshape((m, n)), work[m * n : m * (n + m)].reshape((m, m))
     KN = work[m * (n + m) : m * (n + m + u)].reshape((u, m))
-    multiplier, step = (
-        work[m * (n + m + u) : m * (n + m + u + 1)],
-        work[m * (n + m + u + 1) : m * (n + m + u + 2)],
-    )
+    multiplier = work[m * (n + m + u) : m * (n + m + u + 1)]
+    step = work[m * (n + m + u + 1) : m * (n + m + u + 2)]
     G = work[m * (n + m + u + 2) : m * (n + m + u + 2) + u * u].reshape((u, u))
     move, share = work[work.size - 2 * u : work.size - u], work[work.size - u :]
     if not _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, KN, G):
@@ -84,9 +82,8 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
             multiplier[a] += step[a]
             for j in range(n):
                 x[j] += MD[a, j] * step[a]
-    largest = _prices(
-        A, D, x0, norm, state, chosen, m, soft, multiplier, levels - 1 if joint_rows else levels, x, y
-    )
+    terminal = levels - 1 if joint_rows else levels
+    largest = _prices(A, D, x0, state, chosen, m, soft, multiplier, terminal, x, y)
     if joint_rows:
         _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, y[levels])
     price = y[levels - 1] if joint_rows else y[levels]
@@ -160,7 +157,7 @@ def _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, 
 
 
 @kernel
-def _prices(A, D, x0, norm, state, chosen, m, soft, multiplier, terminal, x, y):
+def _prices(A, D, x0, state, chosen, m, soft, multiplier, terminal, x, y):
     """Multipliers of rows and held columns at the level that comes last; returns the largest term."""
     n = x.size
     y[:, :] = 0.0

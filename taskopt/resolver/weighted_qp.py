@@ -4,20 +4,19 @@ Priorities are approximate: a level gives way to those below it in proportion to
 problem that is answered, and certified, is `flatten(hierarchy, ratio)`.
 """
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.layout import Block, Layout
 from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.qp import QuadraticProgram
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered, final_state, unanswered
-from taskopt.resolver.closed_form import SPREAD, level_ratio, root_of, weighted_least_squares
+from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
+from taskopt.resolver.flatten import flatten
 from taskopt.solver.registry import solver
 
 _ACCURACY = 1e-9  # wanted in x
@@ -68,38 +67,6 @@ class WeightedQP:
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return weighted_least_squares(hierarchy, self.ratio or level_ratio(hierarchy.layout.level_count))
-
-
-def flatten(hierarchy: Hierarchy, ratio: float | None = None) -> Hierarchy:
-    """The weighted problem as a hierarchy of one level, in which the norm has become n rows more."""
-    ratio = ratio or level_ratio(hierarchy.layout.level_count)
-    layout = _one_level(hierarchy.layout, hierarchy.norm.ndim == 1)
-    problem = Hierarchy.view(layout, np.empty(layout.size), np.ones(hierarchy.n))
-    problem.owner[:] = hierarchy.owner
-    count, levels = hierarchy.layout.row_count, hierarchy.layout.level_count
-    diagonal = hierarchy.norm.ndim == 1
-    problem.A[:count], problem.A[count:] = (
-        hierarchy.A,
-        np.eye(hierarchy.n) if diagonal else root_of(hierarchy.norm),
-    )
-    problem.lower[:count], problem.lower[count:] = hierarchy.lower, 0.0
-    problem.upper[:count], problem.upper[count:] = hierarchy.upper, 0.0
-    problem.weight[count:] = hierarchy.norm if diagonal else 1.0
-    for k in range(levels + 1):
-        rows = hierarchy.layout.rows_of_level(k)
-        problem.weight[rows] = hierarchy.weight[rows] * ratio ** (max(k, 1) - 1 - levels)
-    problem.box_lower[:], problem.box_upper[:] = hierarchy.box_lower, hierarchy.box_upper
-    return problem
-
-
-@lru_cache(maxsize=64)
-def _one_level(layout: Layout, diagonal: bool) -> Layout:
-    blocks = tuple(replace(block, level=min(block.level, 1)) for block in layout.blocks)
-    start, n = layout.row_count, layout.n
-    norm = Block("norm", 1, start, start + n, layout.unknowns, ("",) * n)
-    column = layout.column or (-1,) * start
-    own = tuple(range(n)) if diagonal else (-1,) * n
-    return Layout(layout.unknowns, (*blocks, norm), 1, layout.owners, (*column, *own))
 
 
 def orthogonal(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:

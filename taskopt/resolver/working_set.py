@@ -42,7 +42,7 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
                 x[:] = goal
                 return _verdict(low, high, offsets, scale, ahead), iteration
             if wrong > 0:
-                _take_in(S, low, high, box_low, box_high, scale, state, goal, ahead, x, value)
+                _take_in(S, low, high, box_low, box_high, scale, state, goal, x, value)
                 fresh = False
                 continue
             x[:] = goal
@@ -122,46 +122,16 @@ def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y,
     for c in range(nf):
         x[free[c]] = rotated[c]
     return _signs(
-        S,
-        T,
-        order,
-        starts,
-        ranks,
-        offsets,
-        scale,
-        low,
-        high,
-        box_low,
-        box_high,
-        residual,
-        solution,
-        x,
-        state,
-        y,
-        bland,
-    )
+        S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
+        residual, solution, x, state, y, bland,
+    )  # fmt: skip
 
 
 @kernel
 def _signs(
-    S,
-    T,
-    order,
-    starts,
-    ranks,
-    offsets,
-    scale,
-    low,
-    high,
-    box_low,
-    box_high,
-    residual,
-    solution,
-    x,
-    state,
-    y,
-    bland,
-):
+    S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
+    residual, solution, x, state, y, bland,
+):  # fmt: skip
     """All multipliers; returns the inequality with the worst sign at the first wrong level, or -1."""
     n, levels = x.size, starts.size - 1
     decided = np.zeros(n + low.size, np.bool_)
@@ -192,9 +162,8 @@ def _signs(
             price = state[j] * out[j]
             if price > tolerance:
                 decided[j] = True
-            elif price < -tolerance and (price < worst or leaving < 0):
-                if not (bland and leaving >= 0):
-                    worst, leaving = price, j
+            elif price < -tolerance and (leaving < 0 or (price < worst and not bland)):
+                worst, leaving = price, j
     return leaving
 
 
@@ -224,7 +193,7 @@ def _violated(low, high, box_low, box_high, scale, state, x, value):
 
 
 @kernel
-def _take_in(S, low, high, box_low, box_high, scale, state, goal, ahead, x, value):
+def _take_in(S, low, high, box_low, box_high, scale, state, goal, x, value):
     """Start of the walk: x is the guess's solution moved into the box; violated rows join W."""
     n = x.size
     for j in range(n):

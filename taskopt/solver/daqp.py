@@ -7,7 +7,7 @@ from taskopt.problem.qp import QuadraticProgram, Solution
 from taskopt.problem.resolution import Status
 
 _FREE = 1e30  # its infinity
-_EQUALITY = 5  # its `sense` of an equality; two equal bounds alone may be called infeasible
+_EQUALITY = 5  # its `sense` of an equality
 _STATUS = {
     1: Status.SOLVED,
     -1: Status.INFEASIBLE,

@@ -28,10 +28,14 @@ class BoundTask(Protocol):
     weight: Array
     gain: Array
     error: Array
-    frame: str | None
-    target: Array | None
-    actual: Array | None
     constant: bool  # what `prepare` wrote never changes, and `fill` need not be called
+
+    @property
+    def frame(self) -> str | None: ...
+    @property
+    def target(self) -> Array | None: ...
+    @property
+    def actual(self) -> Array | None: ...
 
     def prepare(self, rows: LevelRows) -> None:
         """Write once what never changes; A arrives full of zeros."""

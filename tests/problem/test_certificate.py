@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.oracles import random_hierarchy
 
 from taskopt.problem.certificate import RESIDUALS, certify
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.resolver.active_set import ActiveSet
+from tests.oracles import random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
 UNIT = Hierarchy([Level([[1.0]], [0.0])], box=([-np.inf], [1.0]))  # min ½x² s.t. x ≤ 1

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.oracles import lexicographic_optimum, random_hierarchy
 
 from taskopt.arrays import Array
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.resolution import Status
 from taskopt.resolver.active_set import ActiveSet
 from taskopt.resolver.base import Memory
+from tests.oracles import lexicographic_optimum, random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
 

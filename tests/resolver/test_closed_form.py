@@ -104,6 +104,14 @@ def test_task_priority_is_certified_wherever_nothing_is_an_inequality(seed: int)
     assert certify_velocity(hierarchy, task_priority(hierarchy)).worst < 1e-10
 
 
+def test_one_damped_level_is_the_damped_inverse() -> None:
+    """q̇ = J* v (3.59) with k squared, near a singularity."""
+    J = jacobian(4, smallest=1e-2)
+    v = np.random.default_rng(4).normal(size=6)
+    x = DampedLeastSquares(damping=0.1)(Hierarchy([Level(J, v)]))[0].x
+    np.testing.assert_allclose(x, J.T @ np.linalg.solve(J @ J.T + 0.1**2 * np.eye(6), v), atol=1e-12)
+
+
 def test_damping_never_leaks_into_a_higher_level() -> None:
     """The second level moves only where the first is not touched, though the first is damped."""
     J = jacobian(1, smallest=1e-3)

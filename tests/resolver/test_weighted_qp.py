@@ -6,9 +6,10 @@ import pytest
 from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.resolution import Status
+from taskopt.resolver.flatten import flatten
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.polish import polish
-from taskopt.resolver.weighted_qp import WeightedQP, flatten
+from taskopt.resolver.weighted_qp import WeightedQP
 from tests.oracles import lexicographic_optimum, random_hierarchy
 
 EXACT = ["daqp", "quadprog"]

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt.errors import NotInstalled, UnknownName
-from taskopt.problem.qp import QuadraticProgram, Solution, kkt_residuals
+from taskopt.problem.kkt import kkt_residuals
+from taskopt.problem.qp import QuadraticProgram, Solution
 from taskopt.problem.resolution import Status
 from taskopt.solver.registry import Solver, solver, solvers
 

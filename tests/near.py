@@ -1,0 +1,42 @@
+"""Robots beside an obstacle: postures, places near a link, and what solids there are."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.configuration import Configuration
+from taskopt.robot import Robot, planar_arm
+from taskopt.robot.pairs import random_posture
+from taskopt.robot.shapes import Box, Capsule, HalfSpace, Shape, Sphere
+
+# Textbook capsules, hulls and boxes, cylinders, a floating base.
+NAMES = ("planar3", "panda", "ur5_robot", "talos_reduced")
+
+SOLIDS: dict[str, Callable[[Array], Shape]] = {
+    "sphere": lambda p: Sphere(p, 0.06),
+    "capsule": lambda p: Capsule(p, p + [0.1, 0.2, 0.05], 0.04),
+    "box": lambda p: Box(p, [0.1, 0.15, 0.2]),
+    "half-space": lambda p: HalfSpace(p, 0.9 * float(np.linalg.norm(p))),
+}
+
+
+@cache
+def robot(name: str) -> Robot:
+    if name == "planar3":
+        return planar_arm(radius=0.02)
+    fingers = ("panda_finger_joint1", "panda_finger_joint2") if name == "panda" else ()
+    return Robot.load(name, lock=fingers)
+
+
+def beside(of: Robot, rng: np.random.Generator, scatter: float = 0.12) -> tuple[Configuration, Array]:
+    """A random posture, and a point near one of the links."""
+    at = Configuration(of, random_posture(of, rng))
+    shapes = of.geometry.geometryObjects
+    shape = shapes[int(rng.integers(0, len(shapes)))]
+    centre = (at.joint_poses()[shape.parentJoint] @ shape.placement.homogeneous)[:3, 3]
+    away = rng.normal(0.0, scatter, 3)
+    if of.name.startswith("planar"):
+        away[2] = 0.0
+    return at, centre + away
