@@ -5,3 +5,5 @@ from taskopt.limit.base import Limit as Limit
 from taskopt.limit.base import RowLimit as RowLimit
 from taskopt.limit.joint_position import JointPositionLimit as JointPositionLimit
 from taskopt.limit.joint_velocity import JointVelocityLimit as JointVelocityLimit
+from taskopt.limit.obstacle import ObstacleLimit as ObstacleLimit
+from taskopt.limit.self_collision import SelfCollisionLimit as SelfCollisionLimit

@@ -4,3 +4,4 @@ from taskopt.objective.base import Objective as Objective
 from taskopt.objective.function import UserFunction as UserFunction
 from taskopt.objective.joint_range import JointRange as JointRange
 from taskopt.objective.manipulability import Manipulability as Manipulability
+from taskopt.objective.obstacle_distance import ObstacleDistance as ObstacleDistance

@@ -58,7 +58,12 @@ def _manipulability_into(jacobian, rows, columns, column_joint, out):
         for j in range(n):
             B[i, j] = jacobian[rows[i], columns[j]]
     _orthogonalise_rows(B, U)
-    sigma = np.sqrt(np.sum(B * B, axis=1))
+    sigma, w = np.zeros(m), 1.0
+    for i in range(m):
+        for j in range(n):
+            sigma[i] += B[i, j] * B[i, j]
+        sigma[i] = np.sqrt(sigma[i])
+        w *= sigma[i]
     slope = np.zeros((6, n))  # ∂w/∂J on the columns, Σ (Π_{j≠i} σⱼ) uᵢ vᵢᵀ
     for i in range(m):
         others = 1.0
@@ -66,12 +71,14 @@ def _manipulability_into(jacobian, rows, columns, column_joint, out):
             if j != i:
                 others *= sigma[j]
         if others > 0.0:
-            v = B[i] / sigma[i] if sigma[i] > 0.0 else _unit_beside(B, sigma, i)
+            if sigma[i] == 0.0:
+                _fill_beside(B, sigma, i)
+            size = sigma[i] if sigma[i] > 0.0 else 1.0
             for r in range(m):
                 for j in range(n):
-                    slope[rows[r], j] += others * U[r, i] * v[j]
+                    slope[rows[r], j] += others * U[r, i] * B[i, j] / size
     _contract_with_hessian(slope, jacobian, columns, column_joint, out)
-    return np.prod(sigma)
+    return w
 
 
 @kernel
@@ -107,20 +114,25 @@ def _orthogonalise_rows(B, U):
 
 
 @kernel
-def _unit_beside(B, sigma, skipped):
-    """A unit vector (n,) orthogonal to all rows of B but the one skipped, which is zero."""
+def _fill_beside(B, sigma, empty):
+    """Make the row of B that is zero a unit vector (n,) orthogonal to all others."""
     n = B.shape[1]
-    best, norm = np.zeros(n), 0.0
+    v, largest = np.empty(n), 0.0
     for k in range(n):
-        v = np.zeros(n)
+        v[:] = 0.0
         v[k] = 1.0
         for i in range(B.shape[0]):
-            if i != skipped:
-                v -= (B[i, k] / (sigma[i] * sigma[i])) * B[i]
-        size = np.sqrt(np.sum(v * v))
-        if size > norm:
-            best, norm = v / size, size
-    return best
+            if i != empty:
+                share = B[i, k] / (sigma[i] * sigma[i])
+                for j in range(n):
+                    v[j] -= share * B[i, j]
+        squared = 0.0
+        for j in range(n):
+            squared += v[j] * v[j]
+        if squared > largest:
+            largest = squared
+            for j in range(n):
+                B[empty, j] = v[j] / np.sqrt(squared)
 
 
 @kernel

@@ -6,7 +6,7 @@ rows and the rows of all levels before k with
     stationarity     A_kᵀ w_k d_k(x) + Σ_{i before k} y_ki a_i + y_k,box = 0
     primal           box and hard rows hold
     dual             y > 0 only at an upper bound, y < 0 only at a lower one
-    complementarity  y = 0 where no bound is met
+    complementarity  y = 0 where no bound is met: min(|y|, distance) = 0
 
 where a row that is an equality, that is violated (so frozen at its violation), or that had a
 strictly right-signed multiplier at an earlier level may have either sign. The last level is the
@@ -91,18 +91,18 @@ def certify_kernel(buffer, norm, offsets, columns, x, y, out):
         stationarity, dual, complementarity = 0.0, 0.0, 0.0
         for j in range(n):
             stationarity = max(stationarity, abs(gradient[j]))
-            wrong, slack = _sign(y[k, j], x[j], box_lower[j], box_upper[j], settled[j])
+            wrong, slack = _sign(y[k, j] / largest, x[j], box_lower[j], box_upper[j], settled[j])
             dual, complementarity = max(dual, wrong), max(complementarity, slack)
             settled[j] |= wrong == 0.0 and abs(y[k, j]) > _AT_BOUND * largest
         for i in range(own):
             if y[k, n + i] != 0.0 and not settled[n + i]:
-                wrong, slack = _sign(y[k, n + i], value[i], lower[i], upper[i], False)
+                wrong, slack = _sign(y[k, n + i] / largest, value[i], lower[i], upper[i], False)
                 dual, complementarity = max(dual, wrong), max(complementarity, slack)
                 settled[n + i] = wrong == 0.0 and abs(y[k, n + i]) > _AT_BOUND * largest
         out[k, 0] = stationarity / largest
         out[k, 1] = primal
-        out[k, 2] = dual / largest
-        out[k, 3] = complementarity / largest
+        out[k, 2] = dual
+        out[k, 3] = complementarity
         for residual in range(4):
             if np.isnan(out[k, residual]):
                 out[k, residual] = np.inf
@@ -172,12 +172,12 @@ def _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y, g
 
 @kernel
 def _sign(y, value, lower, upper, settled):
-    """How far the sign of y is wrong, and |y| times the distance to the nearer bound."""
+    """How far the sign of y (relative to its level) is wrong, and min(|y|, distance to the nearer bound).
+
+    The minimum, not the product: a product of 1e-14 may hide a distance of 1e-7.
+    """
     if y == 0.0 or settled:
         return 0.0, 0.0
     to_lower, to_upper = abs(value - lower), abs(upper - value)
-    if to_upper <= to_lower:
-        wrong, slack = max(-y, 0.0), abs(y) * to_upper
-    else:
-        wrong, slack = max(y, 0.0), abs(y) * to_lower
-    return wrong, slack / max(1.0, abs(value))
+    wrong = max(-y, 0.0) if to_upper <= to_lower else max(y, 0.0)
+    return wrong, min(abs(y), min(to_lower, to_upper) / max(1.0, abs(value)))

@@ -76,7 +76,7 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     y = answer[n : n + (levels + 1) * width].reshape((levels + 1, width))
     stop = n + (levels + 1) * (width + 4)
     residuals = answer[n + (levels + 1) * width : stop].reshape((levels + 1, 4))
-    answer[stop:] = buffer
+    copy_into(answer[stop:], buffer)
     code, rounds = 0, 0
     if not shortcut or not normal_tick(
         A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y
@@ -100,7 +100,10 @@ def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state
     n, rows = norm.size, lower.size
     S, scale, root = np.empty((rows, n)), np.empty(rows), np.empty(rows)
     low, high = np.empty(rows), np.empty(rows)
-    stretch = np.sqrt(norm)
+    stretch, low_box, high_box = np.empty(n), np.empty(n), np.empty(n)
+    for j in range(n):
+        stretch[j] = np.sqrt(norm[j])
+        low_box[j], high_box[j] = box_lower[j] * stretch[j], box_upper[j] * stretch[j]
     for i in range(rows):
         root[i] = 1.0 if i < offsets[1] else np.sqrt(weight[i])
         squared = 0.0
@@ -109,15 +112,15 @@ def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state
             squared += A[i, j] * A[i, j] / norm[j]
         scale[i] = root[i] * max(1.0, np.sqrt(squared))
         low[i], high[i] = lower[i] * root[i], upper[i] * root[i]
-    code, rounds = walk(
-        S, scale, low, high, box_lower * stretch, box_upper * stretch, offsets, state, limit, x, y
-    )
+    code, rounds = walk(S, scale, low, high, low_box, high_box, offsets, state, limit, x, y)
     for j in range(n):
         x[j] /= stretch[j]
         if state[j] != 0:
             x[j] = box_upper[j] if state[j] > 0 else box_lower[j]
         x[j] = min(max(x[j], box_lower[j]), box_upper[j])
-        y[:, j] *= stretch[j]
-    for i in range(rows):
-        y[:, n + i] *= root[i]
+    for k in range(y.shape[0]):
+        for j in range(n):
+            y[k, j] *= stretch[j]
+        for i in range(rows):
+            y[k, n + i] *= root[i]
     return code, rounds

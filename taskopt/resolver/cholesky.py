@@ -53,3 +53,10 @@ def dot_row(A, a, x, n):
     for j in range(n):
         total += A[a, j] * x[j]
     return total
+
+
+@kernel
+def copy_into(target, source):
+    """target ← source; as an assignment to a slice, its check of sizes takes a second to compile."""
+    for i in range(target.size):
+        target[i] = source[i]

@@ -13,6 +13,7 @@ Everything here is in scaled units: rows times √w, unknowns z = √W x with W 
 import numpy as np
 
 from taskopt.jit import kernel
+from taskopt.resolver.cholesky import copy_into
 
 RANK = 1e-10  # a row whose remainder is below it, relative to the row, is dependent
 
@@ -27,7 +28,7 @@ def factorise(S, scale, offsets, state, free, order, starts, ranks, T, V, beta):
     """
     n, nf = S.shape[1], free.size
     levels = offsets.size - 1
-    count, rank = 0, 0
+    count, rank = np.int64(0), np.int64(0)  # for literals, callees would be compiled once more
     for k in range(levels):
         starts[k] = count
         for i in range(offsets[k], offsets[k + 1]):
@@ -181,7 +182,7 @@ def level_multipliers(S, T, order, starts, ranks, levels, k, residual, y, z, sta
     out[:] = 0.0
     g = np.zeros(nf)
     if k == levels:
-        g[:] = y
+        copy_into(g, y)
     else:
         for a in range(starts[k], starts[k + 1]):
             out[n + order[a]] = residual[a]

@@ -19,7 +19,7 @@ runs.
 import numpy as np
 
 from taskopt.jit import kernel
-from taskopt.resolver.cholesky import cholesky, cholesky_solve, dot_row, dot_rows
+from taskopt.resolver.cholesky import cholesky, cholesky_solve, copy_into, dot_row, dot_rows
 
 COVERED = 1e-6  # a column with less of D than this, relative to the largest, counts as uncovered
 FEASIBLE = 1e-12  # violation, relative to max(1, |bound|), that counts as none
@@ -41,7 +41,7 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     m = _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen)
     if m < 0:
         return False
-    u, thin = 0, 0.0
+    u, thin = np.int64(0), 0.0  # for a literal 0, callees would be compiled once more
     for j in range(n):
         thin = max(thin, COVERED * D[j])
     for j in range(n):
@@ -106,7 +106,7 @@ def _terminal(lower, upper, weight, norm, offsets, columns, D, x0, last):
             last[j] = i
             found = True
     if not found:
-        D[:] = norm
+        copy_into(D, norm)
         return False
     for j in range(D.size):
         if D[j] > 0.0:

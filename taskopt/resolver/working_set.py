@@ -11,6 +11,7 @@ then its multiplier at each later level, is lexicographically positive. Escande,
 import numpy as np
 
 from taskopt.jit import kernel
+from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.lexicographic import factorise, level_multipliers, rotate, solve_levels
 
 SOLVED, NOT_DONE, INFEASIBLE = 0, 1, 2
@@ -39,14 +40,14 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
         if fresh:  # all of last tick's guess at once
             wrong = _violated(low, high, box_low, box_high, scale, state, goal, ahead)
             if wrong == 0 and leaving < 0:
-                x[:] = goal
+                copy_into(x, goal)
                 return _verdict(low, high, offsets, scale, ahead), iteration
             if wrong > 0:
                 _take_in(S, low, high, box_low, box_high, scale, state, goal, x, value)
                 fresh = False
                 continue
-            x[:] = goal
-            value[:] = ahead
+            copy_into(x, goal)
+            copy_into(value, ahead)
             fresh = False
         alpha, entering, side = _block(
             low, high, box_low, box_high, scale, state, x, goal, value, ahead, stalls > 20
@@ -60,8 +61,8 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
             state[entering] = side
             zero_steps = zero_steps + 1 if alpha <= 0.0 else 0
         else:
-            x[:] = goal
-            value[:] = ahead
+            copy_into(x, goal)
+            copy_into(value, ahead)
             if leaving < 0:
                 return _verdict(low, high, offsets, scale, ahead), iteration
             state[leaving] = _beyond(low, high, scale, state[leaving], leaving - n, ahead)
@@ -100,11 +101,13 @@ def _guess(low, high, box_low, box_high, state, n):
 def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y, bland):
     """Solution x for W with multipliers y; returns the row that must leave, or -1."""
     n, rows, levels = x.size, low.size, offsets.size - 1
-    free = np.flatnonzero(state[:n] == 0)
-    nf = free.size
+    free, nf = np.empty(n, np.int64), 0
     for j in range(n):
         if state[j] != 0:
             x[j] = box_high[j] if state[j] > 0 else box_low[j]
+        else:
+            free[nf] = j
+            nf += 1
     for i in range(rows):
         if state[n + i] != 0:
             target[i] = high[i] if state[n + i] > 0 else low[i]
@@ -114,10 +117,10 @@ def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y,
     order = np.empty(rows, np.int64)
     starts, ranks = np.empty(levels + 1, np.int64), np.empty(levels + 1, np.int64)
     T, V, beta = np.empty((rows, nf)), np.empty((nf, nf)), np.empty(nf)
-    factorise(S, scale, offsets, state, free, order, starts, ranks, T, V, beta)
-    solution, residual = np.empty(nf), np.empty(rows)
+    factorise(S, scale, offsets, state, free[:nf], order, starts, ranks, T, V, beta)
+    solution, rotated, residual = np.empty(nf), np.empty(nf), np.empty(rows)
     solve_levels(T, order, starts, ranks, target, levels, solution, residual)
-    rotated = solution.copy()
+    copy_into(rotated, solution)
     rotate(V, beta, ranks[levels], rotated)
     for c in range(nf):
         x[free[c]] = rotated[c]
@@ -145,7 +148,7 @@ def _signs(
     for k in range(levels + 1):
         level_multipliers(S, T, order, starts, ranks, levels, k, residual, solution, x, state, out)
         if k > 0:
-            y[k - 1, :] = out
+            copy_into(y[k - 1], out)
         if leaving >= 0:
             continue
         largest = 1.0

@@ -1,6 +1,11 @@
-"""Robots: from URDF files, by name, from Denavit–Hartenberg rows, or from an existing pin.Model."""
+"""Robots: from URDF files, by name, from Denavit–Hartenberg rows, or from an existing
+pin.Model; and the obstacles in their way."""
 
 from taskopt.robot.dh import DHRow as DHRow
 from taskopt.robot.named import robot_names as robot_names
 from taskopt.robot.robot import Robot as Robot
+from taskopt.robot.shapes import Box as Box
+from taskopt.robot.shapes import Capsule as Capsule
+from taskopt.robot.shapes import HalfSpace as HalfSpace
+from taskopt.robot.shapes import Sphere as Sphere
 from taskopt.robot.textbook import planar_arm as planar_arm

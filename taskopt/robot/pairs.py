@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
+from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.robot.geometry import exact, solid
 from taskopt.robot.robot import Robot
@@ -46,8 +47,10 @@ def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, .
 
 
 def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
-    """Places of the shapes of some links; of all that move for None. Raise `UnknownName`, or `InvalidValue`
-    for a robot without shapes."""
+    """Places of the shapes of some links; of all that move for None.
+
+    Raises `UnknownName`, and `InvalidValue` for a robot without shapes.
+    """
     shapes = robot.geometry.geometryObjects
     if not len(shapes):
         raise InvalidValue(
@@ -65,7 +68,7 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
 
 
 def link_of(shape: str) -> str:
-    """The link that a shape belongs to: URDF's loader and ours name the shapes of a link link_0, link_1, …"""
+    """The link that a shape belongs to: those of a link are named link_0, link_1, … here and in URDF's loader."""
     return re.sub(r"_\d+$", "", shape)
 
 
@@ -89,6 +92,8 @@ def _strangers(robot: Robot) -> list[Pair]:
 
 
 def _ever_apart(robot: Robot, pairs: Sequence[Pair]) -> tuple[Pair, ...]:
+    if not pairs:
+        return ()
     shapes, data = solid(robot.geometry), robot.model.createData()
     for pair in pairs:
         shapes.addCollisionPair(pin.CollisionPair(*pair))
@@ -100,7 +105,7 @@ def _ever_apart(robot: Robot, pairs: Sequence[Pair]) -> tuple[Pair, ...]:
     return tuple(pair for pair, kept in zip(pairs, apart, strict=True) if kept)
 
 
-def random_posture(robot: Robot, rng: np.random.Generator) -> np.ndarray:
+def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
     """Uniform within the limits, and within half a turn or half a metre where a joint has none."""
     q = robot.integrate(robot.posture("middle"), rng.uniform(-np.pi, np.pi, robot.nv), 1.0)
     has = robot.position_index >= 0
