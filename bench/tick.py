@@ -1,6 +1,7 @@
 """What one tick costs: this library through `Controller`, and its peers, in one run.
 
     python bench/tick.py                     # W1 and W1v, beside pink if it is installed
+    python bench/tick.py --work W1s W2 W2s   # strict levels; TALOS
     python bench/tick.py --placo PYTHON      # PlaCo too, from an environment that has it
 
 A tick is: set the hand's target, build, solve (certificate on), integrate. The next build does the
@@ -54,16 +55,19 @@ class Pink:
         import pink
         import pinocchio as pin
         from pink.limits import ConfigurationLimit, VelocityLimit
-        from pink.tasks import FrameTask, PostureTask
+        from pink.tasks import ComTask, FrameTask, PostureTask
 
         self.name = f"pink {solver}"
         self.pin, self.solve, self.solver = pin, pink.solve_ik, solver
         model = pin.Model(work.robot.model)
-        model.velocityLimit *= works.VELOCITY_SCALE[work.name]
+        model.velocityLimit *= works.VELOCITY_SCALE.get(work.name, 1.0)
         self.configuration = pink.Configuration(model, model.createData(), work.q0)
-        self.hand = FrameTask(works.HAND, 1.0, 1.0)
-        posture = PostureTask(cost=np.sqrt(works.POSTURE_WEIGHT))
-        self.tasks = [self.hand, posture]
+        self.hand = FrameTask(work.frame, 1.0, 1.0)
+        self.tasks = [self.hand]
+        if work.name.startswith("W2"):
+            self.tasks += [FrameTask(foot, 10.0, 10.0) for foot in ("left_sole_link", "right_sole_link")]
+            self.tasks += [ComTask(cost=1.0)]
+        self.tasks += [PostureTask(cost=1e-2 if work.name.startswith("W2") else 1e-3)]
         for task in self.tasks:
             task.set_target_from_configuration(self.configuration)
         self.limits = [ConfigurationLimit(model, works.KAPPA), VelocityLimit(model)]
@@ -71,7 +75,12 @@ class Pink:
 
     def velocity(self) -> Array:
         return self.solve(
-            self.configuration, self.tasks, works.DT, solver=self.solver, damping=works.DAMPING, limits=self.limits
+            self.configuration,
+            self.tasks,
+            works.DT,
+            solver=self.solver,
+            damping=works.DAMPING,
+            limits=self.limits,
         )
 
     def tick(self, i: int) -> None:
@@ -102,7 +111,7 @@ def interleave(contestants: list[Ours | Pink], ticks: int, block: int) -> dict[s
 
 def examine(work: works.Work, resolver: str, ticks: int) -> str:
     """What the times do not show: how often a limit binds, the certificate, the distance to pink."""
-    ours, pink = Ours(work, resolver), Pink(work) if find_spec("pink") else None
+    ours, pink = Ours(work, resolver), Pink(work) if find_spec("pink") and not work.name.endswith("s") else None
     bound, worst, apart = 0, 0.0, 0.0
     for i in range(ticks):
         q = ours.q
@@ -137,8 +146,10 @@ def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--work", nargs="+", default=list(works.VELOCITY_SCALE), choices=works.VELOCITY_SCALE)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--work", nargs="+", default=["W1", "W1v"], choices=works.NAMES)
     parser.add_argument("--ticks", type=int, default=6000)
     parser.add_argument("--warm", type=int, default=1000, help="ticks at the beginning that do not count")
     parser.add_argument("--resolver", default="active-set")

@@ -2,8 +2,11 @@
 
 W1: Panda, fingers locked, hand on a circle of radius 0.1 m in 2 s at dt 2 ms, gain 1 per tick; posture
 with weight 1e-6, damping 1e-12, position limits (half of what is left per tick) and velocity limits, of
-which none binds on this path. W1v: the same with velocity limits scaled so that one binds on about a
-third of the ticks.
+which none binds on this path. W1v: velocity limits scaled so that one binds on a third of the ticks.
+W2: TALOS with its floating base, 38 unknowns; both feet (weight 100), right hand on the circle (1),
+centre of mass (1), posture (1e-4), the same limits. A name that ends in s is the same work with strict
+levels, which no peer here can state: W1s has the hand above the posture, W2s the feet above hand and
+centre of mass above the posture.
 """
 
 from dataclasses import dataclass
@@ -22,11 +25,14 @@ from taskopt import (
     Stack,
 )
 from taskopt.arrays import Array
+from taskopt.task import CentreOfMassTask
 
 DT, PERIOD, RADIUS = 0.002, 2.0, 0.1  # [s], [s], [m]
-POSTURE_WEIGHT, DAMPING, KAPPA = 1e-6, 1e-12, 0.5
-HAND = "panda_hand_tcp"
-VELOCITY_SCALE = {"W1": 1.0, "W1v": 0.51}  # of the robot's own velocity limits
+GAIN, DAMPING, KAPPA = 1.0 / DT, 1e-12, 0.5
+NAMES = ("W1", "W1v", "W1s", "W2", "W2s")
+VELOCITY_SCALE = {"W1v": 0.51}  # of the robot's own velocity limits
+FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
+BENT = {"gripper_left_joint": -0.1, "gripper_right_joint": -0.1, "arm_left_4_joint": -1.3, "arm_right_4_joint": -1.3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +42,7 @@ class Work:
     name: str
     robot: Robot
     q0: Array
+    frame: str
     hand: Latest
     stack: Stack
     poses: list[Array]  # one (4, 4) a tick, the first one tick ahead
@@ -43,21 +50,44 @@ class Work:
 
 def work(name: str, ticks: int) -> Work:
     """The work by name, with a target for each of `ticks` ticks."""
-    robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
-    q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
-    start = Configuration(robot, q0).pose(HAND)
+    robot, q0, frame = panda() if name.startswith("W1") else talos()
+    start = Configuration(robot, q0).pose(frame)
     hand = Latest(start)
-    stack = Stack(
-        levels=[
-            [
-                FrameTask(HAND, reference=hand, gain=1.0 / DT),
-                JointTask(gain=1.0 / DT, weight=POSTURE_WEIGHT),
-                DampingTask(weight=DAMPING),
-            ]
-        ],
-        limits=[JointPositionLimit(gain=KAPPA), JointVelocityLimit(scale=VELOCITY_SCALE[name])],
-    )
-    return Work(name, robot, q0, hand, stack, circle(start, ticks))
+    levels = panda_levels(hand) if name.startswith("W1") else talos_levels(hand)
+    if not name.endswith("s"):
+        levels = [[*(task for level in levels for task in level), DampingTask(weight=DAMPING)]]
+    scale = VELOCITY_SCALE.get(name, 1.0)
+    limits = [JointPositionLimit(gain=KAPPA), JointVelocityLimit(scale=scale)]
+    return Work(name, robot, q0, frame, hand, Stack(levels=levels, limits=limits), circle(start, ticks))
+
+
+def panda() -> tuple[Robot, Array, str]:
+    q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+    return Robot.load("panda", lock=FINGERS), q0, "panda_hand_tcp"
+
+
+def panda_levels(hand: Latest) -> list[list]:
+    return [
+        [FrameTask("panda_hand_tcp", reference=hand, gain=GAIN)],
+        [JointTask(gain=GAIN, weight=1e-6)],
+    ]
+
+
+def talos() -> tuple[Robot, Array, str]:
+    robot = Robot.load("talos_reduced", floating=True)
+    q0 = robot.posture("half_sitting")
+    for joint, angle in BENT.items():
+        q0[robot.position_index[robot.velocity_index(joint).start]] = angle
+    return robot, q0, "gripper_right_base_link"
+
+
+def talos_levels(hand: Latest) -> list[list]:
+    feet = [FrameTask(foot, gain=GAIN, weight=100.0) for foot in ("left_sole_link", "right_sole_link")]
+    return [
+        feet,
+        [FrameTask("gripper_right_base_link", reference=hand, gain=GAIN), CentreOfMassTask(gain=GAIN)],
+        [JointTask(gain=GAIN, weight=1e-4)],
+    ]
 
 
 def circle(start: Array, ticks: int) -> list[Array]:

@@ -1,5 +1,6 @@
 """The command line: run, compare, view, list. The only place where everything is wired together."""
 
+import os
 import sys
 from collections.abc import Generator, Sequence
 from contextlib import suppress
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 app = typer.Typer(
     name="taskopt",
     help="Redundancy resolution by optimisation: resolve a task stack, certify it, look at it.",
-    epilog="Errors are one line; --debug, anywhere on the line, shows the traceback.",
+    epilog="Errors are one line; --debug, anywhere on the line, shows the traceback. Linear algebra runs on "
+    "one thread, since more only add jitter at these sizes; OPENBLAS_NUM_THREADS and its like are respected.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -127,6 +129,8 @@ def list() -> None:
 
 def main() -> None:
     """Entry point: one clear line and exit code 2 for what a user can do wrong."""
+    for library in ("OPENBLAS", "OMP", "MKL"):  # read when NumPy is imported, which has not happened yet
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     try:
         app(arguments)

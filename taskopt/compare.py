@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.errors import NotSolved
+from taskopt.errors import Infeasible, NotSolved
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
 from taskopt.record.violation import LimitGauge
@@ -67,7 +67,7 @@ class Comparison:
     """Runs a scenario with several resolvers; `tallies` has the figures so far.
 
     Iterating yields the steps of all, tick by tick. A resolver that finds no answer ends there, with
-    the reason in its tally, and the others go on; where it is the only one, `NotSolved` is raised.
+    the reason in its tally, and the others go on; where it is the only one, its error is raised.
     The reference of path differences is `pinv` if it is among them, else the first.
     """
 
@@ -86,7 +86,7 @@ class Comparison:
             for name in list(lanes):
                 try:
                     steps[name] = next(lanes[name])
-                except NotSolved as error:
+                except (NotSolved, Infeasible) as error:
                     if len(self.resolvers) == 1:
                         raise
                     self.tallies[name].stopped = str(error)

@@ -97,6 +97,11 @@ class Configuration:
             out[:3], out[3:] = pose[:3, :3].T @ out[:3], pose[:3, :3].T @ out[3:]
         return out
 
+    def centre_of_mass(self) -> tuple[Array, Array]:
+        """Centre of mass (3,) [m] in the world, and its Jacobian (3, nv); both are copies."""
+        J = pin.jacobianCenterOfMass(self._model, self._data, False)
+        return self._data.com[0].copy(), np.array(J).reshape((3, self.robot.nv), order="F")
+
     def hessian(self, frame: str) -> Array:
         """(6, nv, nv): entry [:, j, k] is the derivative of column j of the world-axes Jacobian along q_k."""
         nv = self.robot.nv

@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, finite
 from taskopt.jit import kernel
+from taskopt.problem.policy import Policy, checked_policy
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.active_set import STATUS, ActiveSet, resolve_kernel
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.settle import settle
 from taskopt.robot import Robot
 from taskopt.run import not_solved, usable
 from taskopt.stack import Stack
@@ -18,19 +20,28 @@ from taskopt.tick import fill_tick
 class Controller:
     """Resolves a stack at the q and t that it is given, tick by tick.
 
-    `dt` [s] is the time until the next step. A start outside the limits is allowed here: the limits
+    `dt` [s] is the time until the next step. `on_conflict` as in `Scenario`. A start outside the limits is allowed here: the limits
     let a joint stop or return. A resolution stays true when later steps are taken.
     """
 
     def __init__(
-        self, robot: Robot, stack: Stack, resolver: str | Resolver = "active-set", dt: float = 1e-3
+        self,
+        robot: Robot,
+        stack: Stack,
+        resolver: str | Resolver = "active-set",
+        dt: float = 1e-3,
+        on_conflict: Policy = "raise",
     ) -> None:
+        self._policy = checked_policy(on_conflict)
         self.plan = stack.compile(robot, dt)
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
-        self._robot = robot
+        self._robot, self._tells = robot, bool(self.plan.rate_limits)
         self._memory: Memory | None = None
-        one_call = isinstance(self.resolver, ActiveSet) and self.plan.in_one_call
-        self._resolve = self._in_one_call if one_call and self.plan.hierarchy.norm.ndim == 1 else self._in_two
+        self._resolve = self._in_two
+        diagonal = self.plan.hierarchy.norm.ndim == 1
+        if isinstance(self.resolver, ActiveSet) and self.plan.in_one_call and diagonal:
+            self._resolve = self._in_one_call
+            self._settings = self.resolver.shortcut, self.resolver.iterations
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Anchor the references that begin at the posture, and forget the last tick.
@@ -43,18 +54,33 @@ class Controller:
         self._resolve(q, t)
         self._memory = None
 
-    def step(self, q: Array, t: float) -> Resolution:
+    def step(self, q: Array, t: float, v: Array | None = None) -> Resolution:
         """The resolution at q (nq,) and t [s]; `resolution.v` is the velocity to command.
 
-        Raises `InvalidValue` for a q of another size or with NaN, and `NotSolved` where there is no
-        answer that may be sent to a robot.
+        `v` (nv,): the velocity that the robot has, where it is not the one commanded last. Raises
+        `InvalidValue` for a q of another size or with NaN, `Infeasible` where hard limits contradict each
+        other, if that is the policy, and `NotSolved` where there is no answer that may be sent to a robot.
         """
         if q.__class__ is not np.ndarray:
             q = self._robot.checked_q(q)
+        if v is not None:
+            self.plan.moved(finite("v", v, (self._robot.nv,)))
         resolution = self._resolve(q, t)
-        if resolution.status is not Status.SOLVED and not usable(resolution):
+        if resolution.status is not Status.SOLVED:
+            resolution = self._without_optimum(resolution, f"t = {t:.6g} s")
+        if self._tells:
+            self.plan.moved(resolution.x)
+        return resolution
+
+    def _without_optimum(self, resolution: Resolution, when: str) -> Resolution:
+        """What is sent all the same, or an error; the next tick begins without memory."""
+        if resolution.status is Status.INFEASIBLE:
             self._memory = None
-            raise not_solved(self.resolver.name, resolution, f"t = {t:.6g} s")
+            plan = self.plan
+            resolution = settle(self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when)
+        if not usable(resolution):
+            self._memory = None
+            raise not_solved(self.resolver.name, resolution, when)
         return resolution
 
     def _in_two(self, q: Array, t: float) -> Resolution:
@@ -64,15 +90,14 @@ class Controller:
 
     def _in_one_call(self, q: Array, t: float) -> Resolution:
         """The same for a plan and a resolver that are both compiled: calls cost more than rows."""
-        plan, hierarchy, resolver = self.plan, self.plan.hierarchy, self.resolver
+        plan, hierarchy = self.plan, self.plan.hierarchy
         plan.aim(q, t)
         layout = hierarchy.layout
         state = np.zeros(layout.width, np.int8) if self._memory is None else self._memory.state.copy()
         answer = np.empty(layout.answer_size)
         code, rounds = _fill_and_resolve(
-            *plan.tick, hierarchy.norm, layout.offsets, layout.columns, resolver.shortcut, resolver.iterations,
-            state, answer,
-        )  # fmt: skip
+            *plan.tick, hierarchy.norm, layout.offsets, layout.columns, *self._settings, state, answer
+        )
         if code < 0:
             plan.blame(t)
         self._memory = Memory(state)

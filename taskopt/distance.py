@@ -42,9 +42,7 @@ def distances_into(contact, turn, J, distance, gradient):
     for i in range(distance.size):
         nx, ny, nz = contact[i, 0], contact[i, 1], contact[i, 2]
         px, py, pz = contact[i, 3], contact[i, 4], contact[i, 5]
-        distance[i] = (
-            nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
-        )
+        distance[i] = nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
         mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
         for k in range(turn.shape[1]):
             gradient[i, k] = 0.0

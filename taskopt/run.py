@@ -19,10 +19,11 @@ from taskopt.problem.certificate import RESIDUALS, TOLERANCE
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, Resolver
+from taskopt.resolver.settle import settle
 from taskopt.scenario import Scenario
 from taskopt.stack import Plan
 
-ANSWERED = frozenset({Status.SOLVED, Status.FORMULA})
+ANSWERED = frozenset({Status.SOLVED, Status.FORMULA, Status.RELAXED, Status.BRAKED})
 PRIMAL = RESIDUALS.index("primal")
 _KEEPS = 1e-12  # a closed form that is over a bound by less than this (relative) keeps it
 
@@ -66,8 +67,8 @@ class Step:
 def run(scenario: Scenario, resolver: Resolver) -> Iterator[Step]:
     """Yield the steps of a run; what becomes of them is the caller's affair.
 
-    Raises `NotSolved`, which keeps the resolution and its hierarchy, at the first tick whose answer
-    may not be sent to a robot.
+    Raises `NotSolved`, which keeps the resolution and its hierarchy, at the first tick whose answer may
+    not be sent to a robot, and `Infeasible` where limits contradict each other, if that is the policy.
     """
     plan = scenario.stack.compile(scenario.robot, scenario.dt)
     q, memory = scenario.start.copy(), None
@@ -89,9 +90,13 @@ def _tick(
     resolution, memory = resolver(hierarchy, memory)
     end = perf_counter_ns()
     kept = hierarchy.copy()
+    if resolution.status is Status.INFEASIBLE:
+        when = f"tick {index}, t = {t:.6g} s"
+        resolution = settle(scenario.on_conflict, resolver, kept, resolution, plan.brakes(), when)
     if not usable(resolution):
         raise not_solved(resolver.name, resolution, f"tick {index}, t = {t:.6g} s")
     v = resolution.v.copy()
+    plan.moved(v)
     poses = [(task.name, task.target, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
     step = Step(

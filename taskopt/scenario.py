@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, positive
 from taskopt.errors import InvalidValue, MissingFile
+from taskopt.problem.policy import Policy, checked_policy
 from taskopt.robot import Robot
 from taskopt.stack import Stack
 
@@ -21,7 +22,8 @@ SHELF = Path("tasks")
 class Scenario:
     """A robot that starts at q0 and follows a stack for `duration` [s] in steps of `dt` [s].
 
-    Raises `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if
+    `on_conflict`: what to do at a tick whose hard limits contradict each other, "raise" `Infeasible`,
+    "relax" them by the least that lets them agree, or "brake" to standstill. Raises `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if
     `duration` or `dt` is not positive, and what `Stack.compile` raises.
     """
 
@@ -30,12 +32,14 @@ class Scenario:
     stack: Stack
     duration: float
     dt: float = 1e-3
+    on_conflict: Policy = "raise"
     name: str = ""
     description: str = ""
 
     def __post_init__(self) -> None:
         positive("dt", self.dt)
         positive("duration", self.duration)
+        checked_policy(self.on_conflict)
         if self.ticks == 0:
             raise InvalidValue(f"duration {self.duration:g} s is less than a step of {self.dt:g} s")
         object.__setattr__(self, "q0", self.robot.checked_q(self.q0))

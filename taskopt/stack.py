@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain, count
+from itertools import accumulate, chain, count
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 from taskopt.arrays import Array, positive
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
-from taskopt.limit import BoundLimit, Limit, RowLimit
+from taskopt.limit import BoundLimit, Limit, RateLimit, RowLimit
 from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
 from taskopt.problem.layout import Block, Layout
 from taskopt.robot import Robot
 from taskopt.task import BoundTask, Task
+from taskopt.task.base import rate_units
 from taskopt.tick import KINDS, compiled_tick, fill_tick, flawed
 
 
@@ -70,18 +71,34 @@ class Plan:
         limits = [limit.bind(robot, dt) for limit in stack.limits]
         boxes = [limit for limit in limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in limits if isinstance(limit, RowLimit)]
+        self.rate_limits = [limit for limit in limits if isinstance(limit, RateLimit)]
         _check_gains(self.tasks, dt)
-        self.layout = _layout(robot, hard, bound, ("box", *_unique(limit.name for limit in boxes)))
+        owners = chain.from_iterable(_owners(limit) for limit in boxes)
+        self.layout = _layout(robot, hard, bound, ("box", *_unique(owners)))
         self.hierarchy = _empty(self.layout, checked_norm(stack.norm, robot.nv))
         self._started = False
         self._prepare(hard, boxes)
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
-        """Anchor the references that begin at the start posture q (nq,), at the time t [s]."""
+        """Anchor the references that begin at the start posture q (nq,), at the time t [s]; at rest."""
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:
             task.start(self.configuration, t)
+        self.moved(np.zeros(self.robot.nv))
         self._started = True
+
+    def moved(self, v: Array) -> None:
+        """Tell the limits on acceleration that the robot has the velocity v (nv,) until the next tick."""
+        for limit in self.rate_limits:
+            limit.moved(v)
+
+    def brakes(self) -> Array:
+        """(nv,): towards standstill as hard as the limits on acceleration allow, 0 where there is none."""
+        slowest = np.zeros(self.robot.nv)
+        for limit in self.rate_limits:
+            v = limit.brakes()
+            slowest = np.where(np.abs(v) > np.abs(slowest), v, slowest)
+        return slowest
 
     def at(self, q: Array, t: float) -> Hierarchy:
         """The hierarchy at q (nq,) and t [s]: the plan's own, overwritten by the next call.
@@ -129,7 +146,8 @@ class Plan:
                 self._aims.append(part.aim)  # type: ignore[union-attr]
             elif not getattr(part, "constant", False):
                 self._fills.append((part.fill, rows))
-        for index, limit in enumerate(boxes, start=1):
+        starts = accumulate((len(_owners(limit)) for limit in boxes), initial=1)
+        for index, limit in zip(starts, boxes, strict=False):
             if limit.constant:
                 limit.narrow(self.configuration, self._bounds, index)
             elif getattr(limit, "kind", None) in KINDS:
@@ -155,6 +173,11 @@ class Plan:
         raise InvalidValue(
             f"the limits are not finite at t = {t:.6g} s; look at {', '.join(self.layout.owners[1:])}"
         )
+
+
+def _owners(limit: BoundLimit) -> tuple[str, ...]:
+    """The names that a bound of this limit may go by: its own, or one for each reason."""
+    return getattr(limit, "owners", (limit.name,))
 
 
 def _hollow(lower: Array, upper: Array) -> bool:
@@ -199,7 +222,8 @@ def _layout(
         start = len(column)
         column += part.column
         blocks.append(Block(part.name, k, start, len(column), part.row_names, part.row_units))
-    return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column))
+    units = rate_units(robot.coordinate_units)
+    return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)
 
 
 def _empty(layout: Layout, norm: Array) -> Hierarchy:

@@ -13,13 +13,19 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
 from taskopt.jit import kernel
+from taskopt.limit.joint_acceleration import narrow_by_acceleration
 from taskopt.limit.joint_position import narrow_by_position
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.task.frame_kernel import frame_rows
 from taskopt.task.joint import joint_rows
 
-FRAME, JOINTS, POSITION_LIMIT = 0, 1, 2
-KINDS = {"frame": FRAME, "joints": JOINTS, "joint position limit": POSITION_LIMIT}
+FRAME, JOINTS, POSITION_LIMIT, ACCELERATION_LIMIT = 0, 1, 2, 3
+KINDS = {
+    "frame": FRAME,
+    "joints": JOINTS,
+    "joint position limit": POSITION_LIMIT,
+    "joint acceleration limit": ACCELERATION_LIMIT,
+}
 
 
 class Compiled(Protocol):
@@ -83,6 +89,8 @@ def fill_tick(program, numbers, tables, q, J, joint_placements, buffer):
             frame_rows(own, J, joint_placements, tables[start:stop], A[place:], lower[place:], upper[place:])
         elif kind == JOINTS:
             joint_rows(own, q, numbers[start:stop], lower[place:], upper[place:])
+        elif kind == ACCELERATION_LIMIT:
+            narrow_by_acceleration(own, q, numbers[start:stop], bounds, place)
         else:
             narrow_by_position(own, q, numbers[start:stop], bounds, place)
         at += 5 + own.size

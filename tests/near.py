@@ -16,7 +16,7 @@ NAMES = ("planar3", "panda", "ur5_robot", "talos_reduced")
 
 SOLIDS: dict[str, Callable[[Array], Shape]] = {
     "sphere": lambda p: Sphere(p, 0.06),
-    "capsule": lambda p: Capsule(p, p + [0.1, 0.2, 0.05], 0.04),
+    "capsule": lambda p: Capsule(p, np.add(p, [0.1, 0.2, 0.05]), 0.04),
     "box": lambda p: Box(p, [0.1, 0.15, 0.2]),
     "half-space": lambda p: HalfSpace(p, 0.9 * float(np.linalg.norm(p))),
 }
@@ -40,3 +40,12 @@ def beside(of: Robot, rng: np.random.Generator, scatter: float = 0.12) -> tuple[
     if of.name.startswith("planar"):
         away[2] = 0.0
     return at, centre + away
+
+
+def circle_clearance(lengths: Array, q: Array, centre: Array, radius: float) -> Array:
+    """(n,) from each segment of a planar arm to a circle, negative inside: elementary geometry."""
+    angle = np.cumsum(q)
+    steps = lengths[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    begins = np.cumsum(steps, axis=0) - steps
+    share = np.clip(((centre - begins) * steps).sum(axis=1) / lengths**2, 0.0, 1.0)
+    return np.linalg.norm(begins + share[:, None] * steps - centre, axis=1) - radius

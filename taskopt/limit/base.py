@@ -1,6 +1,7 @@
 """What every limit is: a declaration that, bound to a robot, narrows the box or fills hard rows.
 
-The promise of a limit is that v = 0 never breaks it, so limits together are never empty.
+The promise of a limit is that braking as hard as allowed never breaks it, so that together they are never
+empty; without a limit on acceleration that is v = 0. `narrow` is told where its own names begin.
 """
 
 from typing import Protocol, runtime_checkable
@@ -42,6 +43,19 @@ class RowLimit(Protocol):
 
     def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows at a configuration and time, in place."""
+        ...
+
+
+@runtime_checkable
+class RateLimit(Protocol):
+    """A limit whose bounds depend on the velocity of the last tick."""
+
+    def moved(self, v: Array) -> None:
+        """Take v (nv,) for the velocity that the robot has until the next tick."""
+        ...
+
+    def brakes(self) -> Array:
+        """(nv,): from there towards standstill, as hard as allowed."""
         ...
 
 

@@ -31,15 +31,14 @@ class BoundDistance:
         self, collision: Collision, dt: float, name: str, margin: float, influence: float, gain: float
     ) -> None:
         self.name, self.distances = name, Distances(collision)
-        self.margin, self.influence, self._rate = margin, influence, gain / dt
+        self.margin, self.influence, self.gain, self.dt = margin, influence, gain, dt
         self.row_names = collision.names
         self.row_units = ("m/s",) * len(collision.names)
         self.column = (-1,) * len(collision.names)
         self.speeds = nominal_speeds(collision.robot)
-        travel, jump, bend = step_losses(collision, dt, influence)
-        self.reserve: Array = np.minimum(2.0 * (jump + bend), 0.5 * (influence - margin))
-        self._known = np.array([travel, jump, bend, self.reserve])
-        self._gain = gain
+        travel, self.jump, self.bend = step_losses(collision, dt, influence)
+        self.reserve: Array = np.minimum(2.0 * (self.jump + self.bend), 0.5 * (influence - margin))
+        self._known = np.array([travel, self.jump, self.bend, self.reserve])
         self.share: Array = np.empty(collision.robot.nv)  # s of each velocity
 
     def prepare(self, rows: LevelRows) -> None:
@@ -50,7 +49,7 @@ class BoundDistance:
         of.update(at)
         approach_into(
             of.distance, of.gradient, of.collision.turn, self._known,
-            self.margin, self.influence, self._gain, self._rate,
+            self.margin, self.influence, self.gain, self.dt,
             rows.A, rows.lower, self.share,
         )  # fmt: skip
 
@@ -69,9 +68,7 @@ def checked_distances(margin: float, influence: float, gain: float) -> tuple[flo
 
 
 @kernel
-def approach_into(
-    distance, gradient, turn, known, margin, influence, gain, rate, A, lower, share
-):
+def approach_into(distance, gradient, turn, known, margin, influence, gain, dt, A, lower, share):
     """Rows and shares; `known` has travel, jump, bend and reserve of each pair."""
     for k in range(share.size):
         share[k] = np.inf
@@ -83,7 +80,7 @@ def approach_into(
             A[i, k] = gradient[i, k] if near else 0.0
         if near:
             free = max(room - reserve, 0.0)
-            lower[i] = -rate * free
+            lower[i] = -gain * free / dt
             budget, first = room - gain * free, jump
             if room < _LEAST:
                 budget = max(_LEAST, -0.1 * room)

@@ -28,23 +28,28 @@ class JointVelocityLimit:
         positive("scale", self.scale)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointVelocity":  # noqa: ARG002 (protocol)
-        return BoundJointVelocity(self.name, self.scale * self._limits(robot))
+        limits = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)
+        return BoundJointVelocity(self.name, self.scale * limits)
 
-    def _limits(self, robot: Robot) -> Array:
-        if self.velocity is None:
-            return robot.velocity_limit
-        if isinstance(self.velocity, Mapping):
-            limits = robot.velocity_limit.copy()
-            for joint, value in self.velocity.items():
-                limits[robot.velocity_index(joint)] = value
-        elif np.ndim(self.velocity) == 0:
-            limits = np.full(robot.nv, self.velocity, dtype=np.float64)
-        else:
-            limits = np.asarray(self.velocity)
-        limits = bound("velocity", limits, (robot.nv,))
-        if (limits < 0.0).any():
-            raise InvalidValue(f"velocity of a velocity limit must be ≥ 0, got {limits.min():g}")
-        return limits
+
+def each_velocity(
+    what: str, value: ArrayLike | Mapping[str, float] | None, robot: Robot, default: Array
+) -> Array:
+    """(nv,) from one number, one a velocity, or a mapping from joint to number over the default."""
+    if value is None:
+        return default
+    if isinstance(value, Mapping):
+        limits = default.copy()
+        for joint, number in value.items():
+            limits[robot.velocity_index(joint)] = number
+    elif np.ndim(value) == 0:
+        limits = np.full(robot.nv, value, dtype=np.float64)
+    else:
+        limits = np.asarray(value)
+    limits = bound(what, limits, (robot.nv,))
+    if (limits < 0.0).any():
+        raise InvalidValue(f"{what} of a limit must be ≥ 0, got {limits.min():g}")
+    return limits
 
 
 class BoundJointVelocity:

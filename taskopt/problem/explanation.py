@@ -13,6 +13,8 @@ _VERDICT = {
     Status.FORMULA: "a closed form; limits were not looked at",
     Status.ITERATION_LIMIT: "not finished",
     Status.INFEASIBLE: "no answer: the hard limits contradict each other",
+    Status.RELAXED: "claimed to be the optimum after hard limits gave way",
+    Status.BRAKED: "no optimum, it brakes: the hard limits contradict each other",
     Status.FAILED: "no answer",
 }
 

@@ -13,6 +13,7 @@ Robotics 27(4); Escande, Mansard and Wieber (2014), Int. J. Robotics Research 33
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,6 +126,19 @@ class Hierarchy:
     def copy(self) -> "Hierarchy":
         """The same problem in memory of its own."""
         return Hierarchy.view(self.layout, self.buffer.copy(), self.norm)
+
+    def save(self, path: str | Path) -> None:
+        """Write the problem, names and all, to one .npz file, to be resolved elsewhere."""
+        from taskopt.problem.hierarchy_file import write
+
+        write(self, Path(path))
+
+    @staticmethod
+    def load(path: str | Path) -> "Hierarchy":
+        """What `save` wrote, bit by bit. Raises `MissingFile`, or `InvalidValue` if it is no such file."""
+        from taskopt.problem.hierarchy_file import read
+
+        return read(Path(path))
 
     @property
     def n(self) -> int:

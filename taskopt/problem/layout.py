@@ -41,6 +41,7 @@ class Layout:
     level_count: int
     owners: tuple[str, ...] = ("box",)  # limits that a bound of the box may come from
     column: tuple[int, ...] = field(default=())
+    unknown_units: tuple[str, ...] = ()  # of each unknown; none where the unknowns are plain numbers
 
     @cached_property
     def n(self) -> int:
@@ -83,6 +84,13 @@ class Layout:
     def answer_size(self) -> int:
         """Length of an answer: x (n), multipliers (levels + 1)(n + M), certificate (levels + 1) 4, buffer."""
         return self.n + (self.level_count + 1) * (self.width + 4) + self.size
+
+    def unit(self, i: int) -> str:
+        """Unit of unknown i < n, or of row i − n."""
+        if i < self.n:
+            return self.unknown_units[i] if self.unknown_units else ""
+        block = next(block for block in self.blocks if block.start <= i - self.n < block.stop)
+        return block.row_units[i - self.n - block.start]
 
     def rows_of_level(self, level: int) -> slice:
         return slice(int(self.offsets[level]), int(self.offsets[level + 1]))

@@ -1,5 +1,6 @@
 """The answer to a hierarchy: x, what each task still lacks, what binds, and the proof."""
 
+from collections.abc import Callable
 from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
@@ -9,6 +10,7 @@ import numpy as np
 from taskopt.arrays import Array, StateArray
 from taskopt.problem.certificate import RESIDUALS, TOLERANCE, Certificate
 from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.review import Review
 
 
 class Status(Enum):
@@ -18,6 +20,8 @@ class Status(Enum):
     FORMULA = "a closed form that knows no limits; it claims nothing"
     ITERATION_LIMIT = "it stopped before it was done; scale the rows, or ask for less accuracy"
     INFEASIBLE = "the hard limits contradict each other; relax one of them"
+    RELAXED = "the optimum after hard limits that contradict each other gave way; its notes say by how much"
+    BRAKED = "the hard limits contradict each other, and it brakes to standstill; its notes say which"
     FAILED = "it gave up, or its answer is not a number; look at the rows it was given"
 
 
@@ -37,16 +41,25 @@ class Resolution:
     """x with its multipliers and certificate, and a copy of the hierarchy it answers.
 
     `answer` is a flat array (see `Layout.answer_size`) that ends with the hierarchy's buffer, so that a
-    resolution stays true when the next tick overwrites the hierarchy; `source` lends layout and norm.
+    resolution stays true when the next tick overwrites the hierarchy; `source` lends layout and norm;
+    `reviewer` is whoever takes the second look, at the first question that needs one.
     `state` (n + M) is -1 where a lower bound is in the final active set, +1 for an upper one, else 0.
     Everything else is derived when asked for.
     """
 
     def __init__(
-        self, source: Hierarchy, answer: Array, state: StateArray, status: Status, iterations: int = 0
+        self,
+        source: Hierarchy,
+        answer: Array,
+        state: StateArray,
+        status: Status,
+        iterations: int = 0,
+        reviewer: "Callable[[Resolution], Review] | None" = None,
     ) -> None:
         self.source, self.answer, self.state = source, answer, state
         self.status, self.iterations = status, iterations
+        self._reviewer = reviewer
+        self.notes: tuple[str, ...] = ()  # what was done to get an answer at all, in sentences
         self.x: Array = answer[: source.layout.n]  # the unknowns, (n,)
 
     @cached_property
@@ -81,6 +94,25 @@ class Resolution:
         """Whether the resolver says that this is the optimum."""
         return self.status is Status.SOLVED
 
+    @cached_property
+    def review(self) -> "Review | None":
+        """The second look: closed form, error in x, ranks, damping, causes; None without a reviewer."""
+        return None if self._reviewer is None else self._reviewer(self)
+
+    @property
+    def accurate(self) -> bool:
+        """Whether x was shown to be within the accuracy asked for, relative to its largest entry.
+
+        Its final active set is solved again by orthogonal factorisation. False for a closed form,
+        which is its own measure.
+        """
+        return self.review is not None and self.review.error <= self.review.accuracy
+
+    @property
+    def solved(self) -> bool:
+        """Whether the claim of an optimum stands: it is made, and x is accurate."""
+        return self.claimed and self.accurate
+
     def certified(self, tolerance: float = TOLERANCE) -> bool:
         """Whether we could prove that this is the optimum."""
         return self.certificate.proves(tolerance)
@@ -104,7 +136,7 @@ class Resolution:
         """What is met, what is not, and which limits keep it so, in words and numbers."""
         from taskopt.problem.explanation import explain
 
-        return explain(self)
+        return "\n".join([*self.notes, explain(self)])
 
     def _active_row(self, i: int) -> Active:
         n = self.problem.n

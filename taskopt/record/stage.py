@@ -54,7 +54,8 @@ class Stage:
         """Note facts about the run that a program can read: nested values as JSON."""
         import rerun as rr
 
-        plain = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in content.items()}
+        known = {k: v for k, v in content.items() if v is not None}
+        plain = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in known.items()}
         self._send(lambda stream: stream.send_property(name, rr.AnyValues(drop_untyped_nones=True, **plain)))
 
     def flush(self) -> None:

@@ -15,6 +15,7 @@ from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Layout
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory
+from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.normal_tick import normal_tick
 from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk

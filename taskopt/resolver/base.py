@@ -1,5 +1,6 @@
 """What every resolver is: (hierarchy, memory) → (resolution, memory)."""
 
+from functools import partial
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -8,6 +9,8 @@ from taskopt.arrays import Array, StateArray
 from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
+from taskopt.problem.review import ACCURACY, LevelAccount
+from taskopt.resolver.review import TickReview
 
 _COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy
 
@@ -16,9 +19,11 @@ class Memory(NamedTuple):
     """What a resolver carries from one tick to the next: the final active set, (n + M,), -1, 0, +1.
 
     A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
+    `ranks`: what each level decided, the hard rows first, for those who decide it with hysteresis.
     """
 
     state: StateArray
+    ranks: tuple[int, ...] = ()
 
 
 @runtime_checkable
@@ -47,8 +52,13 @@ def answered(
     state: StateArray,
     status: Status,
     iterations: int = 0,
+    accuracy: float = ACCURACY,
+    levels: tuple[LevelAccount, ...] = (),
 ) -> tuple[Resolution, Memory]:
-    """Pack x (n,) and multipliers (levels + 1, n + M) with their certificate."""
+    """Pack x (n,) and multipliers (levels + 1, n + M) with their certificate and a reviewer.
+
+    `accuracy`: what was asked for in x; `levels`: ranks and damping, where the resolver decided them.
+    """
     layout = hierarchy.layout
     answer = np.empty(layout.answer_size)
     answer[: layout.n] = x
@@ -68,7 +78,9 @@ def answered(
     )
     if not np.isfinite(answer[: layout.n]).all() and status is Status.SOLVED:
         status = Status.FAILED
-    return Resolution(hierarchy, answer, state, status, iterations), Memory(state)
+    reviewer = partial(TickReview, accuracy=accuracy, own=levels)
+    memory = Memory(state, tuple(level.rank for level in levels))
+    return Resolution(hierarchy, answer, state, status, iterations, reviewer), memory
 
 
 def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tuple[Resolution, Memory]:

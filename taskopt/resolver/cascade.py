@@ -14,9 +14,7 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.problem.qp import QuadraticProgram, Solution
 from taskopt.problem.resolution import Status
-from taskopt.resolver.closed_form import independent
-
-Solve = Callable[[QuadraticProgram], Solution]
+from taskopt.resolver.accuracy import Solve
 
 VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less is solver accuracy
 _DEAD = 1e-9  # a row that keeps less of itself in the null space moves nothing
@@ -74,10 +72,10 @@ class Split:
     sigma: Array  # (r,)
 
 
-def split(M: Array, d: Array, scale: float) -> Split:
-    """Singular value decomposition; `scale` is the size of the rows before projection."""
+def split(M: Array, d: Array, rank: Callable[[Array], int]) -> Split:
+    """Singular value decomposition; `rank` says how many of the singular values count."""
     U, sigma, Vt = np.linalg.svd(M)
-    r = int(np.count_nonzero(independent(sigma, scale)))
+    r = rank(sigma)
     return Split(Vt[:r].T / sigma[:r], Vt[:r], Vt[r:].T, U[:, :r].T @ d, sigma[:r])
 
 

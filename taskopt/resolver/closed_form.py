@@ -5,23 +5,52 @@ Ch. 3; task priority after Siciliano and Slotine (1991), ICAR. J is (m, n), v (m
 W (n, n) or its diagonal (n,). None of them knows an inequality or a limit.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.review import LevelAccount
+from taskopt.resolver.damping import NONE, Damping
+from taskopt.resolver.rank import RULE, RankRule, row_scale, smallest_kept
 
-RANK = 1e-10  # a direction is lost if its singular value is below this times the largest row norm
 SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels
 
 
+def square_inverse(J: Array, v: Array) -> Array:
+    """q̇ = J⁻¹ v (3.47), for a square J of full rank; (n,).
+
+    Raises `InvalidValue` for any other J: the pseudo-inverse (3.52) or the damped one (3.59) take those.
+    """
+    if J.shape[0] != J.shape[1]:
+        raise InvalidValue(f"J must be square, got {J.shape[0]}×{J.shape[1]}; take pseudo_inverse")
+    rank = _rank(np.linalg.svd(J, compute_uv=False))
+    if rank < len(J):
+        raise InvalidValue(f"J has rank {rank} of {len(J)}; take pseudo_inverse or damped_inverse")
+    return np.asarray(np.linalg.solve(J, v), dtype=np.float64)
+
+
 def pseudo_inverse(J: Array) -> Array:
-    """J† = Jᵀ (J Jᵀ)⁻¹ (3.52), by singular values, so that it is also right where rank is lost; (n, m)."""
+    """J† = Jᵀ (J Jᵀ)⁻¹ (3.52), by singular values, so that it is also right where rank is lost; (n, m).
+
+    J† v (3.51) is the least ‖q̇‖ with J q̇ = v, or with J q̇ nearest to v where v is not in the range.
+    """
     U, sigma, Vt = np.linalg.svd(J, full_matrices=False)
-    kept = independent(sigma, float(sigma.max(initial=0.0)))
-    return (Vt[kept].T / sigma[kept]) @ U[:, kept].T
+    r = _rank(sigma)
+    return (Vt[:r].T / sigma[:r]) @ U[:, :r].T
+
+
+def in_range(J: Array, v: Array, tolerance: float = 1e-9) -> bool:
+    """Whether v ∈ R(J), so that the arm can move along it even at a singularity (Sect. 3.5.2).
+
+    ‖v − J J† v‖ ≤ `tolerance` ‖v‖, with the basis of R(J) that the rank rule leaves.
+    """
+    U, sigma, _ = np.linalg.svd(J, full_matrices=False)
+    basis = U[:, : _rank(sigma)]
+    return bool(np.linalg.norm(v - basis @ (basis.T @ v)) <= tolerance * np.linalg.norm(v))
 
 
 def weighted_pseudo_inverse(J: Array, W: Array) -> Array:
@@ -33,13 +62,26 @@ def weighted_pseudo_inverse(J: Array, W: Array) -> Array:
 def null_space_projector(J: Array) -> Array:
     """P = I − J† J (3.54), from a basis of the null space, so that J P = 0 to rounding; (n, n)."""
     _, sigma, Vt = np.linalg.svd(J)
-    basis = Vt[np.count_nonzero(independent(sigma, float(sigma.max(initial=0.0)))) :]
+    basis = Vt[_rank(sigma) :]
     return basis.T @ basis
 
 
+def internal_motion(J: Array, v0: Array) -> Array:
+    """q̇ = P q̇₀, (3.54) with v = 0: it reconfigures the arm and leaves the hand where it is; (n,)."""
+    return null_space_projector(J) @ v0
+
+
 def null_space_motion(J: Array, v: Array, v0: Array) -> Array:
-    """q̇ = J† v + (I − J† J) q̇₀ (3.54); (n,)."""
-    return pseudo_inverse(J) @ v + null_space_projector(J) @ v0
+    """q̇ = J† v + (I − J† J) q̇₀ (3.54), which is (3.46) with q̇* = J† v and any q̇₀; (n,)."""
+    return pseudo_inverse(J) @ v + internal_motion(J, v0)
+
+
+def gradient_motion(J: Array, v: Array, gradient: Array, k0: float) -> Array:
+    """(3.54) with q̇₀ = k₀ (∂w/∂q)ᵀ (3.55): the task first, and up the slope of w with what is left; (n,).
+
+    More k₀ climbs faster, and overshoots in one Euler step sooner.
+    """
+    return null_space_motion(J, v, k0 * gradient)
 
 
 def damped_inverse(J: Array, damping: float) -> Array:
@@ -48,31 +90,52 @@ def damped_inverse(J: Array, damping: float) -> Array:
     return (Vt.T * (sigma / (sigma**2 + damping**2))) @ U.T
 
 
-def task_priority(hierarchy: Hierarchy, damping: float = 0.0) -> Array:
-    """`prioritised` on the equalities of a hierarchy, hard ones first; inequalities are passed over."""
-    return prioritised(equality_levels(hierarchy), hierarchy.norm, damping)
+def task_priority(hierarchy: Hierarchy, damping: Damping = NONE) -> Array:
+    """x of `descend` on the equalities of a hierarchy, hard ones first; inequalities are passed over."""
+    return descend(equality_levels(hierarchy), hierarchy.norm, damping).x
 
 
-def prioritised(levels: Iterable[tuple[Array, Array, Array]], W: Array, damping: float = 0.0) -> Array:
-    """x_k = x_{k−1} + (J_k N_{k−1})† (v_k − J_k x_{k−1}), level by level (J, v, weight), any rank; (n,).
+class Descent(NamedTuple):
+    """x (n,), and the rank and damping of every level that led to it."""
+
+    x: Array
+    levels: tuple[LevelAccount, ...]
+
+
+def descend(
+    levels: Iterable[tuple[Array, Array, Array]],
+    W: Array,
+    damping: Damping = NONE,
+    rule: RankRule = RULE,
+    before: Sequence[int] = (),
+) -> Descent:
+    """x_k = x_{k−1} + (J_k N_{k−1})† (v_k − J_k x_{k−1}), level by level (J, v, weight), any rank.
 
     Siciliano and Slotine (1991). N stands for an orthonormal basis of the true null space of all
     levels before; with `damping` only the inverse becomes (3.59), never N. Weights act within a
-    level, W over the whole: what stays free has the least xᵀ W x.
+    level, W over the whole: what stays free has the least xᵀ W x. `before`: last tick's ranks.
     """
     inverse = inverse_root(W)
     z, Z = np.zeros(len(inverse)), np.eye(len(inverse))
-    for A, b, weight in levels:
+    accounts = []
+    for k, (A, b, weight) in enumerate(levels):
+        free = Z.shape[1]
         if not len(b):
+            accounts.append(LevelAccount(k, 0, free, 0, np.inf, 0.0))
             continue
         root = np.sqrt(weight)
         J, v = (root[:, None] * A) @ inverse, root * b
         U, sigma, Vt = np.linalg.svd(J @ Z)
-        kept = int(np.count_nonzero(independent(sigma, row_scale(J, root))))
-        s = sigma[:kept]
-        z = z + Z @ (Vt[:kept].T @ (s / (s**2 + damping**2) * (U[:, :kept].T @ (v - J @ z))))
-        Z = Z @ Vt[kept:].T
-    return inverse @ z
+        scale = row_scale(J, root)
+        r = rule.rank(sigma, scale, before[k] if k < len(before) else None)
+        wanted = v - J @ z
+        squared = damping(sigma, wanted)[:r]
+        s = sigma[:r]
+        z = z + Z @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ wanted)))
+        Z = Z @ Vt[r:].T
+        most = float(squared.max(initial=0.0))
+        accounts.append(LevelAccount(k, len(b), free, r, smallest_kept(sigma, r, scale), most))
+    return Descent(inverse @ z, tuple(accounts))
 
 
 def level_ratio(levels: int) -> float:
@@ -95,7 +158,7 @@ def weighted_least_squares(hierarchy: Hierarchy, ratio: float) -> Array:
     sides = [np.sqrt(ratio ** (k - levels) * w) * b for k, (_, b, w) in enumerate(ranks)]
     S = np.vstack([*rows, root_of(hierarchy.norm)])
     c = np.concatenate([*sides, np.zeros(n)])
-    return prioritised([fixed, (S, c, np.ones(len(c)))], np.ones(n))
+    return descend([fixed, (S, c, np.ones(len(c)))], np.ones(n)).x
 
 
 def equality_levels(hierarchy: Hierarchy) -> Iterator[tuple[Array, Array, Array]]:
@@ -123,16 +186,6 @@ def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
         )
 
 
-def independent(sigma: Array, scale: float) -> np.ndarray:
-    """The one rank rule: which singular values count, `scale` being the size of the rows they come from."""
-    return sigma > RANK * scale
-
-
-def row_scale(J: Array, root: Array) -> float:
-    """Size of weighted rows before projection, root being √w: max of √w and row norms."""
-    return float(max(root.max(initial=0.0), np.sqrt((J**2).sum(axis=1)).max(initial=0.0)))
-
-
 def root_of(W: Array) -> Array:
     """L with W = Lᵀ L, (n, n) upper triangular."""
     return np.asarray(np.diag(np.sqrt(W)) if W.ndim == 1 else np.linalg.cholesky(W).T, dtype=np.float64)
@@ -142,3 +195,7 @@ def inverse_root(W: Array) -> Array:
     """L⁻¹ with W = Lᵀ L, (n, n)."""
     inverse = np.diag(1.0 / np.sqrt(W)) if W.ndim == 1 else np.linalg.inv(root_of(W))
     return np.asarray(inverse, dtype=np.float64)
+
+
+def _rank(sigma: Array) -> int:
+    return RULE.rank(sigma, float(sigma.max(initial=0.0)))

@@ -26,9 +26,10 @@ class Side(NamedTuple):
     name: str
     side: str
     bound: float
+    unit: str = ""
 
     def __str__(self) -> str:
-        return f"{self.name} {'≤' if self.side == 'upper' else '≥'} {self.bound:.6g}"
+        return f"{self.name} {'≤' if self.side == 'upper' else '≥'} {_with(self.bound, 6, self.unit)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,9 @@ class Conflict:
 
     def __str__(self) -> str:
         cannot = "; ".join(map(str, self.members))
-        least = ", ".join(f"{side.name} {side.side} by {gap:.3g}" for side, gap in self.relaxation)
+        least = ", ".join(
+            f"{side.name} {side.side} by {_with(gap, 3, side.unit)}" for side, gap in self.relaxation
+        )
         return f"these limits exclude each other: {cannot}; least relaxation: {least}"
 
 
@@ -64,6 +67,27 @@ def conflict(hierarchy: Hierarchy) -> Conflict | None:
     return Conflict(tuple(sides[i] for i in members), relaxation)
 
 
+def relaxed(hierarchy: Hierarchy, found: Conflict) -> Hierarchy:
+    """A copy in which every side of the relaxation has given way, and a hair more, so that rounding agrees."""
+    result = hierarchy.copy()
+    n = result.n
+    moved = {(side.name, side.side): gap for side, gap in found.relaxation}
+    for i in range(n + result.limits.lower.size):
+        for upper in (False, True):
+            name = hierarchy.bound_name(i, upper) if i < n else hierarchy.layout.row_names[i - n]
+            gap = moved.get((name, "upper" if upper else "lower"), 0.0)
+            if gap > 0.0:
+                box = result.box_upper if upper else result.box_lower
+                bounds, at = (box, i) if i < n else ((result.upper if upper else result.lower), i - n)
+                hair = _AGREE * max(1.0, abs(bounds[at]))
+                bounds[at] += gap + hair if upper else -gap - hair
+    return result
+
+
+def _with(value: float, digits: int, unit: str) -> str:
+    return f"{value:.{digits}g} {unit}".rstrip()
+
+
 def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
     """Every finite hard bound as a · x ≤ bound: its name, a (p, n) and bound (p,)."""
     n, hard = hierarchy.n, hierarchy.limits
@@ -78,7 +102,7 @@ def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
         for sign, value in ((-1.0, lower), (1.0, upper)):
             if np.isfinite(value):
                 name = hierarchy.bound_name(i, sign > 0) if i < n else hierarchy.layout.row_names[i - n]
-                sides.append(Side(name, "upper" if sign > 0 else "lower", float(value)))
+                sides.append(Side(name, "upper" if sign > 0 else "lower", float(value), hierarchy.layout.unit(i)))
                 rows.append(sign * row)
                 bounds.append(sign * value)
     return sides, np.array(rows).reshape(-1, n), np.array(bounds)

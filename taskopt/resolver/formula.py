@@ -10,7 +10,9 @@ from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered
-from taskopt.resolver.closed_form import refuse_inequalities, task_priority
+from taskopt.resolver.closed_form import descend, equality_levels, refuse_inequalities, task_priority
+from taskopt.resolver.damping import CONSTANT, NONE, ConstantDamping, Damping, NoDamping
+from taskopt.resolver.rank import RULE, RankRule
 
 
 @dataclass(frozen=True)
@@ -18,19 +20,16 @@ class PseudoInverse:
     """(3.54) for two levels, task priority of Siciliano and Slotine (1991) for any number.
 
     With q̇₀ as second level the recursion is (3.54): (I N)† (q̇₀ − J† v) = N q̇₀. Limits are not
-    looked at; hard equalities are the first level. Raises `InvalidValue` where a level holds a true
-    inequality.
+    looked at; hard equalities are the first level. Its memory are the ranks, which `rule` decides.
+    Raises `InvalidValue` where a level holds a true inequality.
     """
 
+    rule: RankRule = RULE
     name: str = "pinv"
     strict: bool = True
 
-    def __call__(
-        self,
-        hierarchy: Hierarchy,
-        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
-    ) -> tuple[Resolution, Memory]:
-        return _formula(hierarchy, self.name, self.twin(hierarchy))
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        return _formula(hierarchy, self.name, NONE, self.rule, memory)
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
@@ -40,30 +39,39 @@ class PseudoInverse:
 class DampedLeastSquares:
     """Task priority with the damped inverse (3.59) at each level, the projector undamped.
 
-    `damping` k: more bounds the velocity near singularities, and costs tracking everywhere. Raises
-    `InvalidValue` where a level holds a true inequality.
+    `damping`: the policy that gives k² (see `taskopt.resolver.damping`). Its twin is the undamped
+    formula, so that the distance to it is what damping costs. Raises `InvalidValue` where a level
+    holds a true inequality.
     """
 
-    damping: float = 0.05
-    name: str = "dls"
+    damping: Damping = CONSTANT
+    rule: RankRule = RULE
     strict: bool = False
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.damping) and self.damping > 0.0):
-            raise InvalidValue(f"damping must be > 0, got {self.damping}; without damping it is pinv")
+        if isinstance(self.damping, NoDamping) or not callable(self.damping):
+            raise InvalidValue(
+                f"damping must be a policy such as Chiaverini(0.05, 0.05), got {self.damping}; "
+                "without damping it is pinv"
+            )
 
-    def __call__(
-        self,
-        hierarchy: Hierarchy,
-        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
-    ) -> tuple[Resolution, Memory]:
-        return _formula(hierarchy, self.name, self.twin(hierarchy))
+    @property
+    def name(self) -> str:
+        constant = isinstance(self.damping, ConstantDamping)
+        return "dls" if constant else f"dls/{self.damping.name}"
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        return _formula(hierarchy, self.name, self.damping, self.rule, memory)
 
     def twin(self, hierarchy: Hierarchy) -> Array:
-        return task_priority(hierarchy, self.damping)
+        return task_priority(hierarchy)
 
 
-def _formula(hierarchy: Hierarchy, name: str, x: Array) -> tuple[Resolution, Memory]:
+def _formula(
+    hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
+) -> tuple[Resolution, Memory]:
     refuse_inequalities(hierarchy, name)
+    before = memory.ranks if memory is not None else ()
+    x, levels = descend(equality_levels(hierarchy), hierarchy.norm, damping, rule, before)
     state = np.zeros(hierarchy.n + hierarchy.layout.row_count, dtype=np.int8)
-    return answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA)
+    return answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA, levels=levels)

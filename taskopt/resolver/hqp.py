@@ -14,6 +14,8 @@ from taskopt.arrays import Array
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.resolution import Resolution, Status
+from taskopt.problem.review import ACCURACY, LevelAccount
+from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, final_state, unanswered
 from taskopt.resolver.cascade import (
     PRICED,
@@ -25,21 +27,27 @@ from taskopt.resolver.cascade import (
     least_violation,
     split,
 )
-from taskopt.resolver.closed_form import inverse_root, row_scale, task_priority
+from taskopt.resolver.closed_form import inverse_root, task_priority
+from taskopt.resolver.rank import RULE, RankRule, row_scale, smallest_kept
 from taskopt.solver.registry import solver
-
-_ACCURACY = 1e-11  # KKT residual asked for; the Hessian is the identity, so this is the error in ξ
 
 
 @dataclass(frozen=True)
 class HierarchicalQP:
     """Strict priorities with any solver. A program that fails leaves its level, and those below, unserved.
 
-    Status INFEASIBLE, with x = NaN, where the hard limits leave nothing (a claim of the solver);
-    ITERATION_LIMIT where a later program failed: x then keeps the limits and the levels before.
+    `accuracy`: wanted in x, relative to its largest entry; the tolerances of the solver follow from it.
+    `rule` decides the ranks, which are its memory. Status INFEASIBLE, with x = NaN, where the hard
+    limits leave nothing (a claim of the solver); ITERATION_LIMIT where a later program failed: x then
+    keeps the limits and the levels before.
     """
 
     solver: str
+    accuracy: float = ACCURACY
+    rule: RankRule = RULE
+
+    def __post_init__(self) -> None:
+        checked_accuracy(self.accuracy)
 
     @property
     def name(self) -> str:
@@ -49,12 +57,9 @@ class HierarchicalQP:
     def strict(self) -> bool:
         return True
 
-    def __call__(
-        self,
-        hierarchy: Hierarchy,
-        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
-    ) -> tuple[Resolution, Memory]:
-        descent = _Descent(hierarchy, self.solver)
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        before = memory.ranks if memory is not None else ()
+        descent = _Descent(hierarchy, self, before)
         for k in range(1, hierarchy.layout.level_count + 1):
             if not descent.level(k):
                 break
@@ -64,7 +69,8 @@ class HierarchicalQP:
             return unanswered(hierarchy, descent.status, descent.iterations)
         x = descent.inverse @ descent.xi
         y = find_multipliers(hierarchy, x)
-        return answered(hierarchy, x, y, final_state(hierarchy, x, y), descent.status, descent.iterations)
+        state, levels = final_state(hierarchy, x, y), tuple(descent.accounts)
+        return answered(hierarchy, x, y, state, descent.status, descent.iterations, self.accuracy, levels)
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
@@ -73,10 +79,11 @@ class HierarchicalQP:
 class _Descent:
     """Down the levels: ξ, the free directions Z, and the rows that still bind."""
 
-    def __init__(self, hierarchy: Hierarchy, name: str) -> None:
-        engine = solver(name)
+    def __init__(self, hierarchy: Hierarchy, asked: HierarchicalQP, before: tuple[int, ...]) -> None:
         self.hierarchy = hierarchy
-        self.solve = lambda qp: engine(qp, _ACCURACY)
+        self.solve = solve_to(solver(asked.solver), asked.accuracy)
+        self.rule, self.before = asked.rule, before
+        self.accounts: list[LevelAccount] = []
         self.inverse = inverse_root(hierarchy.norm)
         self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
         self.status, self.iterations = Status.SOLVED, 0
@@ -95,7 +102,7 @@ class _Descent:
         equal = own.lower == own.upper
         target, wanted = own.kept(equal), own.kept(~equal)
         root = np.sqrt(self.hierarchy.level(k).weight)
-        met = split(target.G @ self.Z, target.upper - target.G @ self.xi, row_scale(own.G, root))
+        met = self._split(k, target, row_scale(own.G, root))
         wanted_here = wanted.seen_from(self.xi, self.Z, False)
         if not len(met.goal) and not len(wanted_here.lower):
             return True
@@ -112,7 +119,7 @@ class _Descent:
         """The least norm of what is still free, where no level has settled it."""
         if self.least or not self.Z.shape[1] or self.status is not Status.SOLVED:
             return
-        nothing = split(np.empty((0, self.Z.shape[1])), np.empty(0), 1.0)
+        nothing = split(np.empty((0, self.Z.shape[1])), np.empty(0), len)
         binding = self.rows.seen_from(self.xi, self.Z, self.feasible)
         solution = least_norm(self.solve, self.Z.T @ self.xi, nothing, binding)
         self.iterations += solution.iterations
@@ -148,11 +155,25 @@ class _Descent:
     def _stop(self, status: Status) -> None:
         self.status = Status.ITERATION_LIMIT if self.feasible else status
 
+    def _split(self, k: int, target: Rows, scale: float) -> Split:
+        """The equality rows of level k seen from ξ, and the account of their rank."""
+        before = self.before[k] if k < len(self.before) else None
+        met = split(
+            target.G @ self.Z,
+            target.upper - target.G @ self.xi,
+            lambda sigma: self.rule.rank(sigma, scale, before),
+        )
+        r = len(met.sigma)
+        least = smallest_kept(met.sigma, r, scale)
+        self.accounts.append(LevelAccount(k, len(target.lower), self.Z.shape[1], r, least, 0.0))
+        return met
+
     def _hold(self, fixed: Rows) -> None:
         """Eliminate the hard equalities; they contradict each other if a residual is left."""
         if not len(fixed.lower):
+            self.accounts.append(LevelAccount(0, 0, self.Z.shape[1], 0, np.inf, 0.0))
             return
-        held = split(fixed.G, fixed.upper, row_scale(fixed.G, np.ones(1)))
+        held = self._split(0, fixed, row_scale(fixed.G, np.ones(1)))
         self.xi, self.Z = held.decided @ held.goal, held.free
         left = fixed.G @ self.xi - fixed.upper
         inside = not self.Z.shape[1] and self.rows.contain(self.xi)

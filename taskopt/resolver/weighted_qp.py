@@ -14,12 +14,13 @@ from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.qp import QuadraticProgram
 from taskopt.problem.resolution import Resolution, Status
+from taskopt.problem.review import ACCURACY
+from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, final_state, unanswered
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
 from taskopt.resolver.flatten import flatten
 from taskopt.solver.registry import solver
 
-_ACCURACY = 1e-9  # wanted in x
 _PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
 _OUTSIDE = 1e-7  # an answer that was not finished and leaves the limits by more is no answer
 
@@ -30,12 +31,15 @@ class WeightedQP:
 
     `ratio`: less keeps priorities better and the program worse conditioned; None: `level_ratio`. The
     smallest weight is that of the norm, W itself, so that the certificate sees an error there too.
+    `accuracy`: wanted in x, relative to its largest entry; the tolerances of the solver follow from it.
     """
 
     solver: str
     ratio: float | None = None
+    accuracy: float = ACCURACY
 
     def __post_init__(self) -> None:
+        checked_accuracy(self.accuracy)
         if self.ratio is not None and not 0.0 < self.ratio <= 1.0:
             raise InvalidValue(f"ratio must be in (0, 1], got {self.ratio}")
 
@@ -54,13 +58,14 @@ class WeightedQP:
     ) -> tuple[Resolution, Memory]:
         problem = flatten(hierarchy, self.ratio)
         qp, R = orthogonal(problem)
-        solution = solver(self.solver)(qp, _ACCURACY)
+        solution = solve_to(solver(self.solver), self.accuracy)(qp)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return unanswered(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)
         state = final_state(problem, x, y, _PRICED)
-        resolution, carried = answered(problem, x, y, state, solution.status, solution.iterations)
+        status, count = solution.status, solution.iterations
+        resolution, carried = answered(problem, x, y, state, status, count, self.accuracy)
         if solution.status is not Status.SOLVED and resolution.certificate.residuals[0, 1] > _OUTSIDE:
             return unanswered(problem, solution.status, solution.iterations)
         return resolution, carried

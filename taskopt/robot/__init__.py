@@ -1,5 +1,4 @@
-"""Robots: from URDF files, by name, from Denavit–Hartenberg rows, or from an existing
-pin.Model; and the obstacles in their way."""
+"""Robots from URDF, by name, from Denavit–Hartenberg rows, from a pin.Model; obstacles in their way."""
 
 from taskopt.robot.dh import DHRow as DHRow
 from taskopt.robot.named import robot_names as robot_names

@@ -80,7 +80,9 @@ class Collision:
             return np.zeros((0, 9))
         first = results[0].normal
         step = first.itemsize
-        view = np.lib.stride_tricks.as_strided(first, (len(results), 9), (_RESULT * step, step), writeable=False)
+        view = np.lib.stride_tricks.as_strided(
+            first, (len(results), 9), (_RESULT * step, step), writeable=False
+        )
         data = self.robot.model.createData()
         pin.forwardKinematics(self.robot.model, data, self.robot.posture("middle"))
         self.update(data)

@@ -92,7 +92,7 @@ def exact(data: Any) -> Any:
 
 
 def core(shape: Any) -> tuple[float, float]:
-    """Size and radius [m] of a solid: it is a convex core no longer than the size, thickened by the radius."""
+    """Size and radius [m] of a solid, as a convex core of at most that size thickened by the radius."""
     form = shape.geometry
     if isinstance(form, coal.Sphere):
         return 0.0, float(form.radius)

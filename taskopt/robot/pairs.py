@@ -34,7 +34,7 @@ def self_pairs(robot: Robot) -> tuple[Pair, ...]:
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, ...]:
-    """All pairs of shapes of the links named; raise `UnknownName`, `InvalidValue` for two that move as one."""
+    """All pairs of shapes of the links named; raise `UnknownName`, or `InvalidValue` if two move as one."""
     shapes = robot.geometry.geometryObjects
     out = []
     for first, second in names:
@@ -68,7 +68,7 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
 
 
 def link_of(shape: str) -> str:
-    """The link that a shape belongs to: those of a link are named link_0, link_1, … here and in URDF's loader."""
+    """The link that a shape belongs to; here and in URDF's loader, its shapes are link_0, link_1, …"""
     return re.sub(r"_\d+$", "", shape)
 
 

@@ -36,9 +36,7 @@ def step_losses(collision: Collision, dt: float, within: float) -> tuple[Array, 
     joints twice, for Coriolis), which is bend = ½ Δt² times that.
     """
     speeds = nominal_speeds(collision.robot)
-    out = [
-        _losses(collision, speeds, pair, dt, within) for pair in range(len(collision.pairs))
-    ]
+    out = [_losses(collision, speeds, pair, dt, within) for pair in range(len(collision.pairs))]
     travel, jump, bend = np.array(out).reshape(-1, 3).T.copy()
     return travel, jump, bend
 

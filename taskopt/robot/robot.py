@@ -196,6 +196,11 @@ class Robot:
             out[part] /= norm
         return out
 
+    @cached_property
+    def mass(self) -> float:
+        """Mass of all links [kg]; 0 for a robot whose links have no inertia."""
+        return float(pin.computeTotalMass(self.model))
+
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
         """q ⊕ v dt, one Euler step on the manifold (3.48)."""
         return pin.integrate(self.model, q, v * dt)

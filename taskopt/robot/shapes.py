@@ -81,7 +81,7 @@ class Box:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points x with n·x ≤ `offset` [m]: a floor, a wall. n is `normal` (3,) at length 1, out of the solid."""
+    """All points x with n·x ≤ `offset` [m]: a floor, a wall; n is `normal` (3,) at length 1, outward."""
 
     normal: ArrayLike
     offset: float = 0.0
@@ -111,9 +111,12 @@ def turning_z_to(direction: Array) -> Array:
     if length == 0.0:
         return np.eye(3)
     z = direction / length
+    out = np.empty((3, 3))
     x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+    out[:, 0] = x / np.linalg.norm(x)
+    out[:, 1] = np.cross(z, out[:, 0])
+    out[:, 2] = z
+    return out
 
 
 def _vector(name: str, value: ArrayLike) -> Point:

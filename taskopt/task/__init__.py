@@ -2,6 +2,7 @@
 
 from taskopt.task.base import BoundTask as BoundTask
 from taskopt.task.base import Task as Task
+from taskopt.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask
 from taskopt.task.frame import FrameTask as FrameTask
 from taskopt.task.frame import OrientationTask as OrientationTask
 from taskopt.task.frame import PositionTask as PositionTask

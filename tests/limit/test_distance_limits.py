@@ -73,7 +73,7 @@ def attacked(start, bound, rng, ticks, honest=True):
     Half of the steps keep the robot's speed limits too. `honest=False` drops the limit's own
     bounds on speed, so that its rows stand alone.
     """
-    at, of, dt, out = start, start.robot, bound._gain / bound._rate, []
+    at, of, dt, out = start, start.robot, bound.dt, []
     for _ in range(ticks):
         rows, bounds = filled(bound, at)
         known = bound.distances.distance.copy()
@@ -120,11 +120,10 @@ def test_a_step_loses_no_more_than_the_limit_states(dt):
     rng, ratios = np.random.default_rng(7), [0.0]
     for _ in range(12):
         start, bound = beside_obstacle("planar3", dt, rng)
-        _, jump, bend, _ = bound._known
         for _, guess, got, known, v in attacked(start, bound, rng, 20):
             s = np.abs(v / bound.speeds).max()
             near = (known < bound.influence) & (got > 0.0)
-            ratios += ((guess - got)[near] / (s * jump + s * s * bend + 1e-12)[near]).tolist()
+            ratios += ((guess - got)[near] / (s * bound.jump + s * s * bound.bend + 1e-12)[near]).tolist()
     assert 0.3 < max(ratios) <= 1.0
 
 
@@ -199,7 +198,7 @@ def test_distance_limits_are_rows_and_bounds():
 
 @pytest.mark.parametrize("resolver", ["active-set", "hqp/daqp", "hqp/clarabel", "hqp/proxqp", "wqp/quadprog"])
 def test_every_kind_of_resolver_takes_the_rows(resolver):
-    """Empty rows, active rows and the box together: certified, and the same answer where priorities are strict."""
+    """Empty rows, active rows and the box together: certified, and the same answer if they are strict."""
     arm = robot("panda")
     q = arm.posture("default")
     pushed = PositionTask("panda_hand", reference=[0.5, 0.3, 0.6], gain=10.0)
@@ -218,7 +217,9 @@ def test_every_kind_of_resolver_takes_the_rows(resolver):
 def test_the_pairs_of_a_self_collision_limit_are_the_srdfs_or_those_named():
     """44 for the Panda, eight for the hand's fingers and the base."""
     assert len(SelfCollisionLimit().bind(robot("panda"), 1e-3).row_names) == 44
-    named = SelfCollisionLimit(pairs=[("panda_link0", "panda_leftfinger"), ("panda_link0", "panda_rightfinger")])
+    named = SelfCollisionLimit(
+        pairs=[("panda_link0", "panda_leftfinger"), ("panda_link0", "panda_rightfinger")]
+    )
     assert len(named.bind(robot("panda"), 1e-3).row_names) == 8
 
 
@@ -235,8 +236,16 @@ def test_the_pairs_of_a_self_collision_limit_are_the_srdfs_or_those_named():
             UnknownName,
             "link with a shape",
         ),
-        (lambda: SelfCollisionLimit().bind(planar_arm((1, 1)), 1e-3), InvalidValue, "no two links of planar2"),
-        (lambda: SelfCollisionLimit().bind(Robot(planar_arm().model), 1e-3), InvalidValue, "no collision shapes"),
+        (
+            lambda: SelfCollisionLimit().bind(planar_arm((1, 1)), 1e-3),
+            InvalidValue,
+            "no two links of planar2",
+        ),
+        (
+            lambda: SelfCollisionLimit().bind(Robot(planar_arm().model), 1e-3),
+            InvalidValue,
+            "no collision shapes",
+        ),
     ],
 )
 def test_what_cannot_be_kept_is_refused(make, error, said):
@@ -246,7 +255,7 @@ def test_what_cannot_be_kept_is_refused(make, error, said):
 
 
 def test_a_rail_without_end_has_no_bound_and_is_refused():
-    """What hangs on a slide without limits can be anywhere, so no step of a turning joint before it is safe."""
+    """What hangs on an endless slide can be anywhere, so no turn of a joint before it is safe."""
     arm = Robot.from_dh([DHRow(0.0, np.pi / 2, 0.0, 0.0), DHRow(0.0, 0.0, 0.2, 0.0, "prismatic")])
     with pytest.raises(InvalidValue, match="give the joint limits"):
         ObstacleLimit([Sphere([1, 0, 0], 0.1)]).bind(arm, 1e-3)

@@ -22,7 +22,9 @@ def test_the_gradient_is_the_derivative(name):
     rng, kinks = np.random.default_rng(2), 0
     for _ in range(12 if name != "talos_reduced" else 4):
         at, place = beside(robot(name), rng, scatter=0.2)
-        w = ObstacleDistance([make(place + [0, 0, 0.1 * i]) for i, make in enumerate(SOLIDS.values())], 0.02)
+        w = ObstacleDistance(
+            [make(np.add(place, [0, 0, 0.1 * i])) for i, make in enumerate(SOLIDS.values())], 0.02
+        )
         numeric, own = derivative(w.value, at), w.gradient(at)
         scale = max(np.abs(numeric).max(), 0.05)
         if np.abs(own - numeric).max() < 1e-7 * scale:
@@ -54,17 +56,18 @@ def test_the_soft_minimum_lies_just_below_the_minimum(tau):
 
 
 def test_between_two_obstacles_the_soft_gradient_does_not_flip():
-    """Across the middle the plain minimum's gradient jumps from one side to the other; the soft one crosses zero."""
+    """Across the middle the plain minimum's gradient jumps to the other side; the soft one crosses zero."""
     arm = planar_arm([0.5, 0.3, 0.3], radius=0.02)
     at = [Configuration(arm, [angle, 0.0, 0.0]) for angle in (-1e-6, 1e-6)]
     plain = [ObstacleDistance(TWO, 0.0).gradient(a)[0] for a in at]
     soft = [ObstacleDistance(TWO, 0.02).gradient(a)[0] for a in at]
-    assert plain[0] > 0.4 and plain[1] < -0.4
+    assert plain[0] > 0.4
+    assert plain[1] < -0.4
     assert abs(soft[0] - soft[1]) < 1e-3
 
 
 def test_a_climb_into_the_middle_settles_instead_of_chattering():
-    """Euler steps along k0 ∇w come to rest between the obstacles with τ > 0; with the plain minimum they never do."""
+    """Euler steps along ∇w come to rest between the obstacles for τ > 0, and never do for the minimum."""
     arm = planar_arm([0.5, 0.3, 0.3], radius=0.02)
 
     def last_steps(tau):

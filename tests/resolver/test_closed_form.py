@@ -20,6 +20,7 @@ from taskopt.resolver.closed_form import (
     weighted_least_squares,
     weighted_pseudo_inverse,
 )
+from taskopt.resolver.damping import NONE, ConstantDamping
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
 from tests.oracles import random_hierarchy
 
@@ -108,7 +109,7 @@ def test_one_damped_level_is_the_damped_inverse() -> None:
     """q̇ = J* v (3.59) with k squared, near a singularity."""
     J = jacobian(4, smallest=1e-2)
     v = np.random.default_rng(4).normal(size=6)
-    x = DampedLeastSquares(damping=0.1)(Hierarchy([Level(J, v)]))[0].x
+    x = DampedLeastSquares(damping=ConstantDamping(0.1))(Hierarchy([Level(J, v)]))[0].x
     np.testing.assert_allclose(x, J.T @ np.linalg.solve(J @ J.T + 0.1**2 * np.eye(6), v), atol=1e-12)
 
 
@@ -118,7 +119,7 @@ def test_damping_never_leaks_into_a_higher_level() -> None:
     rng = np.random.default_rng(1)
     hand = Level(J, rng.normal(size=6))
     alone, both = Hierarchy([hand]), Hierarchy([hand, Level(np.eye(7), rng.normal(size=7))])
-    damped = DampedLeastSquares(damping=0.1)
+    damped = DampedLeastSquares(ConstantDamping(0.1))
     np.testing.assert_allclose(J @ damped(both)[0].x, J @ damped(alone)[0].x, atol=1e-12)
 
 
@@ -164,8 +165,8 @@ def test_closed_forms_refuse_inequality_levels(formula: PseudoInverse | DampedLe
 
 def test_damping_must_be_positive() -> None:
     """Zero damping is another resolver."""
-    with pytest.raises(InvalidValue, match="damping must be > 0"):
-        DampedLeastSquares(damping=0.0)
+    with pytest.raises(InvalidValue, match="damping must be a policy"):
+        DampedLeastSquares(NONE)
 
 
 def test_the_same_tick_gives_the_same_bits() -> None:

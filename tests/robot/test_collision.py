@@ -69,7 +69,9 @@ def test_what_cannot_meet_is_refused():
 def test_every_shape_that_moves_meets_every_obstacle():
     """16 shapes of the Panda, the base not among them, against two spheres with numbers."""
     of = Robot.load("panda")
-    names = Collision.with_obstacles(of, [Sphere([1, 0, 0], 0.1), Sphere([2, 0, 0], 0.1), Box([0, 2, 0], [1, 1, 1])]).names
+    names = Collision.with_obstacles(
+        of, [Sphere([1, 0, 0], 0.1), Sphere([2, 0, 0], 0.1), Box([0, 2, 0], [1, 1, 1])]
+    ).names
     assert len(names) == len(set(names)) == 48
     assert {name.partition(" – ")[2] for name in names} == {"sphere 1", "sphere 2", "box"}
     assert not any(name.startswith("panda_link0") for name in names)
@@ -94,7 +96,11 @@ def test_random_postures_keep_the_limits(name):
 
 def test_shapes_are_named_after_links():
     """A number at the end is the place among the shapes of the link."""
-    assert [link_of(name) for name in ("panda_link5_0", "link1_1", "tool")] == ["panda_link5", "link1", "tool"]
+    assert [link_of(name) for name in ("panda_link5_0", "link1_1", "tool")] == [
+        "panda_link5",
+        "link1",
+        "tool",
+    ]
 
 
 def test_cores_and_extents_cover_the_solids():

@@ -44,7 +44,12 @@ def test_turning_z_is_a_rotation(direction):
 def test_obstacles_can_be_drawn():
     """Each becomes a geometry object of its name, at its pose, with a colour."""
     turned = homogeneous(turning_z_to(np.array([1.0, 1.0, 0.0])), np.array([0.1, 0.2, 0.3]))
-    for shape in (Sphere([1, 2, 3], 0.1), Capsule([0, 0, 0], [1, 0, 0], 0.1), Box(turned, [1, 2, 3]), HalfSpace([0, 0, 1])):
+    for shape in (
+        Sphere([1, 2, 3], 0.1),
+        Capsule([0, 0, 0], [1, 0, 0], 0.1),
+        Box(turned, [1, 2, 3]),
+        HalfSpace([0, 0, 1]),
+    ):
         drawn = obstacle_object(shape)
         assert drawn.name == shape.name
         assert drawn.parentJoint == 0
