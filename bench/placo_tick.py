@@ -19,8 +19,15 @@ import placo
 
 VELOCITY_SCALE = {"W1v": 0.51}
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-PANDA = {f"panda_joint{i + 1}": angle for i, angle in enumerate([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])}
-BENT = {"gripper_left_joint": -0.1, "gripper_right_joint": -0.1, "arm_left_4_joint": -1.3, "arm_right_4_joint": -1.3}
+PANDA = {
+    f"panda_joint{i + 1}": angle for i, angle in enumerate([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+}
+BENT = {
+    "gripper_left_joint": -0.1,
+    "gripper_right_joint": -0.1,
+    "arm_left_4_joint": -1.3,
+    "arm_right_4_joint": -1.3,
+}
 FEET = ("left_sole_link", "right_sole_link")
 
 
@@ -62,7 +69,9 @@ def loaded(work: str) -> tuple[placo.RobotWrapper, str]:
     """The robot at its start, and the name of its hand."""
     talos = work.startswith("W2")
     path = "talos_data/robots/talos_reduced.urdf" if talos else "panda_description/urdf/panda.urdf"
-    robot = placo.RobotWrapper(bare(shipped(path), VELOCITY_SCALE.get(work, 1.0)), placo.Flags.ignore_collisions)
+    robot = placo.RobotWrapper(
+        bare(shipped(path), VELOCITY_SCALE.get(work, 1.0)), placo.Flags.ignore_collisions
+    )
     angles, base = half_sitting() if talos else (PANDA, [0.0] * 7)
     for joint in robot.joint_names():
         if joint in angles:

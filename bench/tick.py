@@ -111,7 +111,8 @@ def interleave(contestants: list[Ours | Pink], ticks: int, block: int) -> dict[s
 
 def examine(work: works.Work, resolver: str, ticks: int) -> str:
     """What the times do not show: how often a limit binds, the certificate, the distance to pink."""
-    ours, pink = Ours(work, resolver), Pink(work) if find_spec("pink") and not work.name.endswith("s") else None
+    ours = Ours(work, resolver)
+    pink = Pink(work) if find_spec("pink") and not work.name.endswith("s") else None
     bound, worst, apart = 0, 0.0, 0.0
     for i in range(ticks):
         q = ours.q

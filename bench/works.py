@@ -32,7 +32,12 @@ GAIN, DAMPING, KAPPA = 1.0 / DT, 1e-12, 0.5
 NAMES = ("W1", "W1v", "W1s", "W2", "W2s")
 VELOCITY_SCALE = {"W1v": 0.51}  # of the robot's own velocity limits
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-BENT = {"gripper_left_joint": -0.1, "gripper_right_joint": -0.1, "arm_left_4_joint": -1.3, "arm_right_4_joint": -1.3}
+BENT = {
+    "gripper_left_joint": -0.1,
+    "gripper_right_joint": -0.1,
+    "arm_left_4_joint": -1.3,
+    "arm_right_4_joint": -1.3,
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,10 @@ class Tally:
     certificates: list[float] = field(default_factory=list)
     claimed: int = 0
     certified: int = 0
+    judged: int = 0  # ticks that have an active set to be solved again
+    accurate: int = 0
+    error: float = 0.0  # largest in x, relative, against the active set solved again
+    causes: Counter[str] = field(default_factory=Counter)  # ticks by why they are apart from the closed form
     seconds: list[float] = field(default_factory=list)
     bound: Counter[str] = field(default_factory=Counter)  # ticks by name of what is active
     stopped: str = ""  # why, if it did not get through
@@ -53,8 +57,19 @@ class Tally:
         self.certificates.append(step.resolution.certificate.worst)
         self.claimed += step.resolution.claimed
         self.certified += step.resolution.certified()
+        self._look_again(step)
         self.seconds.append(step.seconds)
         self.bound.update({str(active) for active in step.resolution.active})
+
+    def _look_again(self, step: Step) -> None:
+        review = step.resolution.review
+        if review is None:
+            return
+        if not np.isnan(review.error):
+            self.judged += 1
+            self.error = max(self.error, review.error)
+            self.accurate += step.resolution.accurate
+        self.causes.update({cause.kind for cause in review.causes})
 
     def follow(self, step: Step, reference: Step) -> None:
         """Take in how far this path is from the reference's at the same tick."""

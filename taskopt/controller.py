@@ -10,6 +10,7 @@ from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.active_set import STATUS, ActiveSet, resolve_kernel
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.review import TickReview
 from taskopt.resolver.settle import settle
 from taskopt.robot import Robot
 from taskopt.run import not_solved, usable
@@ -20,8 +21,9 @@ from taskopt.tick import fill_tick
 class Controller:
     """Resolves a stack at the q and t that it is given, tick by tick.
 
-    `dt` [s] is the time until the next step. `on_conflict` as in `Scenario`. A start outside the limits is allowed here: the limits
-    let a joint stop or return. A resolution stays true when later steps are taken.
+    `dt` [s] is the time until the next step. `on_conflict` as in `Scenario`. A start outside the
+    limits is allowed here: the limits let a joint stop or return. A resolution stays true when later
+    steps are taken.
     """
 
     def __init__(
@@ -32,7 +34,7 @@ class Controller:
         dt: float = 1e-3,
         on_conflict: Policy = "raise",
     ) -> None:
-        self._policy = checked_policy(on_conflict)
+        self._policy: Policy = checked_policy(on_conflict)
         self.plan = stack.compile(robot, dt)
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
         self._robot, self._tells = robot, bool(self.plan.rate_limits)
@@ -74,12 +76,12 @@ class Controller:
 
     def _without_optimum(self, resolution: Resolution, when: str) -> Resolution:
         """What is sent all the same, or an error; the next tick begins without memory."""
-        if resolution.status is Status.INFEASIBLE:
-            self._memory = None
-            plan = self.plan
-            resolution = settle(self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when)
+        if usable(resolution):
+            return resolution
+        self._memory = None
+        plan = self.plan
+        resolution = settle(self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when)
         if not usable(resolution):
-            self._memory = None
             raise not_solved(self.resolver.name, resolution, when)
         return resolution
 
@@ -101,7 +103,7 @@ class Controller:
         if code < 0:
             plan.blame(t)
         self._memory = Memory(state)
-        return Resolution(hierarchy, answer, state, STATUS[code], rounds)
+        return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview)
 
 
 @kernel

@@ -42,12 +42,18 @@ _FIGURES = (
     Figure("p50\n[µs]", "solve time, median [µs]", lambda t: _microseconds(t.seconds, 50)),
     Figure("p99\n[µs]", "solve time, 99 % [µs]", lambda t: _microseconds(t.seconds, 99)),
 )
-_WIDE = 114  # columns that a table with one row a resolver needs
 _LEGEND = (
     "tracking: error of the first task, its rows in metres; over limits: largest position after the step, "
     "largest velocity; closed form: largest difference to it on the same problem [rad/s], over the ticks "
     "where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up to "
     "1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
+)
+
+_KINDS = ("limit", "rank", "damping", "accuracy")
+_CAUSES = (
+    "share of the ticks at which limits that bind, a rank that may go either way, damping or the solver's "
+    "accuracy keep the answer apart from the undamped closed form; accurate: x is as near to its active set "
+    "solved again as was asked for, whatever the claim; worst error: largest distance to that, relative to x."
 )
 
 
@@ -79,14 +85,31 @@ def tall_table(tallies: Sequence[Tally], title: str) -> Table:
     return out
 
 
+def cause_table(tallies: Sequence[Tally]) -> Table:
+    """How often each resolver was apart from its closed form, and why; how accurate it was."""
+    out = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    out.add_column("apart from the closed form by", no_wrap=True)
+    for heading in ("limits", "rank", "damping", "solver", "accurate", "worst error"):
+        out.add_column(heading, justify="right", no_wrap=True)
+    for tally in tallies:
+        counts = (_share(tally.causes[kind], tally.ticks) for kind in _KINDS)
+        accuracy = (_share(tally.accurate, tally.judged), _number(tally.error) if tally.judged else "–")
+        out.add_row(tally.resolver, *counts, *accuracy)
+    return out
+
+
 def show(tallies: Iterable[Tally], console: Console, reference: str, title: str = "") -> None:
     """Print the table, what its columns mean, what bound most, and who stopped early."""
     tallies = list(tallies)
-    if len(tallies) > 1 and console.width >= _WIDE:
-        console.print(wide_table(tallies, title))
+    wide = wide_table(tallies, title)
+    if len(tallies) > 1 and console.measure(wide).maximum <= console.width:
+        console.print(wide)
         console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
     else:
         console.print(tall_table(tallies, title))
+    if any(tally.causes or tally.accurate < tally.judged for tally in tallies):
+        console.print(cause_table(tallies))
+        console.print(_CAUSES, style="dim", highlight=False, markup=False)
     held: dict[str, list[str]] = {}
     for tally in tallies:
         if tally.bound:
@@ -124,7 +147,7 @@ def show_inventory(console: Console) -> None:
         )
     console.print(rows)
     plain = [name for name in resolver_names() if "/" not in name]
-    console.print(f"resolvers: {', '.join(plain)}, wqp/<solver>, hqp/<solver>", highlight=False)
+    console.print(f"resolvers: {', '.join(plain)}, wqp/<solver>, hqp/<solver>, cvxpy/<solver>", highlight=False)
     files = ", ".join(map(str, scenario_files())) or "none in tasks/ of this folder"
     console.print(f"scenarios: {files}", highlight=False, markup=False)
 

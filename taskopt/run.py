@@ -90,11 +90,11 @@ def _tick(
     resolution, memory = resolver(hierarchy, memory)
     end = perf_counter_ns()
     kept = hierarchy.copy()
-    if resolution.status is Status.INFEASIBLE:
+    if not usable(resolution):
         when = f"tick {index}, t = {t:.6g} s"
         resolution = settle(scenario.on_conflict, resolver, kept, resolution, plan.brakes(), when)
-    if not usable(resolution):
-        raise not_solved(resolver.name, resolution, f"tick {index}, t = {t:.6g} s")
+        if not usable(resolution):
+            raise not_solved(resolver.name, resolution, when)
     v = resolution.v.copy()
     plan.moved(v)
     poses = [(task.name, task.target, task.actual) for task in plan.tasks]

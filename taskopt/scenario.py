@@ -23,8 +23,9 @@ class Scenario:
     """A robot that starts at q0 and follows a stack for `duration` [s] in steps of `dt` [s].
 
     `on_conflict`: what to do at a tick whose hard limits contradict each other, "raise" `Infeasible`,
-    "relax" them by the least that lets them agree, or "brake" to standstill. Raises `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if
-    `duration` or `dt` is not positive, and what `Stack.compile` raises.
+    "relax" them by the least that lets them agree, or "brake" to standstill. Raises
+    `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if `duration` or
+    `dt` is not positive, and what `Stack.compile` raises.
     """
 
     robot: Robot

@@ -16,7 +16,7 @@ from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
 from taskopt.problem.layout import Block, Layout
 from taskopt.robot import Robot
 from taskopt.task import BoundTask, Task
-from taskopt.task.base import rate_units
+from taskopt.task.rows import rate_units
 from taskopt.tick import KINDS, compiled_tick, fill_tick, flawed
 
 
@@ -81,10 +81,13 @@ class Plan:
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Anchor the references that begin at the start posture q (nq,), at the time t [s]; at rest."""
+        self.moved(np.zeros(self.robot.nv))
+        self._anchor(q, t)
+
+    def _anchor(self, q: ArrayLike, t: float) -> None:
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:
             task.start(self.configuration, t)
-        self.moved(np.zeros(self.robot.nv))
         self._started = True
 
     def moved(self, v: Array) -> None:
@@ -107,28 +110,27 @@ class Plan:
         target is not finite, or q has the wrong size.
         """
         self.aim(q, t)
-        at = self.configuration
-        for fill, rows in self._fills:
-            fill(at, t, rows)
         flaw = fill_tick(*self.tick)
         for narrow, index in self._narrows:
-            narrow(at, self._bounds, index)
+            narrow(self.configuration, self._bounds, index)
         if flaw or (self._narrows and self._is_flawed()):
             self.blame(t)
         return self.hierarchy
 
     def aim(self, q: Array, t: float) -> None:
-        """Move the configuration to q and the targets to t: all of `at` but the rows."""
+        """Move the configuration to q and the targets to t, and fill the rows that have no kernel."""
         if not self._started:
-            self.start(q, t)
+            self._anchor(q, t)
         self.configuration.update(q)
         for aim in self._aims:
             aim(t)
+        for fill, rows in self._fills:
+            fill(self.configuration, t, rows)
 
     @property
     def in_one_call(self) -> bool:
-        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: no part has to be asked from Python."""
-        return not self._fills and not self._narrows
+        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: no limit narrows from Python."""
+        return not self._narrows
 
     def _prepare(self, hard: Sequence[RowLimit], boxes: Sequence[BoundLimit]) -> None:
         """Write what never changes, and sort the rest: one kernel call, and what Python has to ask."""

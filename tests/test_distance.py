@@ -1,11 +1,16 @@
 """Distances, witness points and gradients against closed forms and central differences."""
 
+# Pinocchio and Coal ship no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+import coal
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from taskopt.configuration import Configuration
 from taskopt.distance import Distances, distances_into
-from taskopt.robot import planar_arm
+from taskopt.robot import Robot, planar_arm
 from taskopt.robot.collision import Collision
 from taskopt.robot.pairs import self_pairs
 from taskopt.robot.shapes import Box, Capsule, HalfSpace, Sphere
@@ -124,6 +129,20 @@ def test_planar_links_are_segments_with_a_radius():
         q = rng.uniform(-np.pi, np.pi, 3)
         expected = circle_clearance(lengths, q, centre, 0.1) - radius
         np.testing.assert_allclose(measured(distances, Configuration(of, q)), expected, rtol=0, atol=1e-12)
+
+
+def test_a_mesh_without_volume_counts_as_its_bounding_box():
+    """Where there is no hull to be had, a flat triangle is a plate: the distance above it is exact."""
+    corners = [np.array([0.0, 0.0, 0.2]), np.array([1.0, 0.0, 0.2]), np.array([0.0, 1.0, 0.2])]
+    mesh = coal.BVHModelOBBRSS()
+    mesh.beginModel(1, 3)
+    mesh.addTriangle(*corners)
+    mesh.endModel()
+    shapes = pin.GeometryModel()
+    shapes.addGeometryObject(pin.GeometryObject("plate_0", 1, pin.SE3.Identity(), mesh))
+    of = Robot(planar_arm().model, shapes)
+    distances = Distances(Collision.with_obstacles(of, [Sphere([0.2, 0.2, 1.0], 0.1)]))
+    assert measured(distances, Configuration(of, [0, 0, 0]))[0] == pytest.approx(0.7, abs=2e-6)
 
 
 @pytest.mark.parametrize(

@@ -6,23 +6,22 @@ from taskopt.arrays import Array, finite, positive
 from taskopt.configuration import Configuration
 from taskopt.distance import Distances
 from taskopt.errors import InvalidValue
-from taskopt.jit import kernel
+from taskopt.limit.distance_kernel import approach_into, narrow_to_speeds
 from taskopt.problem.hierarchy import LevelRows
 from taskopt.robot.collision import Collision
 from taskopt.robot.reach import nominal_speeds, step_losses
-
-_LEAST = 1e-9  # [m] what a step may lose at the margin itself, so that v = 0 is not the only way out
 
 
 class BoundDistance:
     """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than `influence`, and bounds on the speeds.
 
     d_s = margin + reserve. An Euler step changes d by Δt ∇d·v up to a loss of at most
-    s · jump + s² · bend where every |v_k| ≤ s v̄_k, v̄ being the robot's speed limits
-    (`robot.reach`). `reserve` (P,) is twice that loss at s = 1, but at most half of the way from margin
-    to influence. The bounds |v_k| ≤ s v̄_k, s being the largest for which no pair can lose more than the
-    row leaves it, make "d ≥ margin stays so" hold for every step, at any speed limit; they
-    bind only for distances within the reserve, or where Δt is long. Rows and bounds all allow v = 0.
+    s · jump + s² · bend where every |v_k| ≤ s v̄_k, v̄ being `speeds` (`robot.reach`). `reserve` (P,) is
+    jump + 2 bend, room for more than s = 1, but at most half of the way from margin to influence.
+
+    The bounds |v_k| ≤ s v̄_k, s being the largest for which no pair can lose more than its row leaves it,
+    make sure that d ≥ margin stays so in every step, whatever other limits there are. They bind only
+    for distances within the reserve, or where Δt is long. Rows and bounds all allow v = 0.
     """
 
     constant = False
@@ -37,7 +36,7 @@ class BoundDistance:
         self.column = (-1,) * len(collision.names)
         self.speeds = nominal_speeds(collision.robot)
         travel, self.jump, self.bend = step_losses(collision, dt, influence)
-        self.reserve: Array = np.minimum(2.0 * (self.jump + self.bend), 0.5 * (influence - margin))
+        self.reserve: Array = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (influence - margin))
         self._known = np.array([travel, self.jump, self.bend, self.reserve])
         self.share: Array = np.empty(collision.robot.nv)  # s of each velocity
 
@@ -65,40 +64,3 @@ def checked_distances(margin: float, influence: float, gain: float) -> tuple[flo
     if positive("gain", gain) > 1.0:
         raise InvalidValue(f"gain of a distance limit must be in (0, 1], got {gain:g}")
     return margin, influence, float(gain)
-
-
-@kernel
-def approach_into(distance, gradient, turn, known, margin, influence, gain, dt, A, lower, share):
-    """Rows and shares; `known` has travel, jump, bend and reserve of each pair."""
-    for k in range(share.size):
-        share[k] = np.inf
-    for i in range(distance.size):
-        travel, jump, bend, reserve = known[0, i], known[1, i], known[2, i], known[3, i]
-        room = distance[i] - margin
-        near = distance[i] < influence
-        for k in range(A.shape[1]):
-            A[i, k] = gradient[i, k] if near else 0.0
-        if near:
-            free = max(room - reserve, 0.0)
-            lower[i] = -gain * free / dt
-            budget, first = room - gain * free, jump
-            if room < _LEAST:
-                budget = max(_LEAST, -0.1 * room)
-        else:
-            lower[i] = -np.inf
-            budget, first = room, travel
-        s = 2.0 * budget / (first + np.sqrt(first * first + 4.0 * bend * budget))
-        for k in range(share.size):
-            if turn[i, k] != 0.0:
-                share[k] = min(share[k], s)
-
-
-@kernel
-def narrow_to_speeds(share, speeds, bounds, index):
-    """Narrow the bounds to |v_k| ≤ s_k v̄_k."""
-    for k in range(share.size):
-        limit = share[k] * speeds[k]
-        if not -limit <= bounds[0, k]:
-            bounds[0, k], bounds[2, k] = -limit, index
-        if not limit >= bounds[1, k]:
-            bounds[1, k], bounds[3, k] = limit, index

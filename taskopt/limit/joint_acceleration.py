@@ -1,4 +1,4 @@
-"""Position, velocity and acceleration limits of joints together, such that there is always a way to keep them.
+"""Position, velocity and acceleration limits of joints together, so that there is always a way to keep them.
 
 With h = Δt and d = a h, the tick chooses v⁺ with |v⁺ − v| ≤ d, and q⁺ = q + v⁺ h (3.48). Braking as hard as
 allowed after it, v⁺ − d, v⁺ − 2d, … down to 0, the joint still travels, with n the whole part of v⁺/d,
@@ -88,7 +88,7 @@ class BoundJointAcceleration:
 
 @kernel
 def narrow_by_acceleration(program, q, memory, bounds, index):
-    """`program` has column of v and place in q (or −1) of each joint; owners follow one another from `index`."""
+    """`program` has column of v and place in q (or −1) of each joint; owners follow on from `index`."""
     dt = memory[0]
     for i in range(program.size // 2):
         j, at = program[2 * i], program[2 * i + 1]
@@ -107,7 +107,7 @@ def narrow_by_acceleration(program, q, memory, bounds, index):
 
 @kernel
 def _side(v, step, fastest, room, brake):
-    """The upper bound of v⁺ with `room` = (q_max − q)/Δt, and whether acceleration, position or speed sets it."""
+    """The upper bound of v⁺ with `room` = (q_max − q)/Δt, and what sets it: acceleration, position or speed."""
     bound, why = fastest, 2
     stopping = room
     if room < np.inf:

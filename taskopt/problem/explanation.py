@@ -6,6 +6,7 @@ from taskopt.arrays import Array
 from taskopt.problem.certificate import TOLERANCE
 from taskopt.problem.layout import Block
 from taskopt.problem.resolution import Active, Resolution, Status
+from taskopt.problem.review import LevelAccount, Review
 
 _MET = 1e-8  # a row that lacks less, relative to max(1, what it asks for), is met
 _VERDICT = {
@@ -26,6 +27,9 @@ def explain(resolution: Resolution) -> str:
         return "\n".join([lines[0], f"What to do: {resolution.status.value}."])
     lines += [_task(resolution, block) for block in resolution.problem.layout.blocks if block.level > 0]
     lines += _outside(resolution)
+    if resolution.review is not None:
+        lines[2:2] = _accuracy(resolution.review)
+        lines += _apart(resolution.review)
     held = [_price(active, resolution.problem.layout.level_count) for active in resolution.active]
     if held:
         return "\n".join([*lines, "Held back by:", *held])
@@ -43,6 +47,36 @@ def _proof(resolution: Resolution) -> str:
     else:
         verdict = "proven" if certificate.proves() else f"not proven, which takes {TOLERANCE:g}"
     return f"Certificate: {certificate}; {verdict}."
+
+
+def _accuracy(review: Review) -> list[str]:
+    """How far x is from its active set solved again; nothing for a closed form."""
+    if np.isnan(review.error):
+        return []
+    asked = f"{review.accuracy:.0e} was asked for"
+    if review.error <= review.accuracy:
+        return [f"Accuracy: x is right to {review.error:.1e} of its size; {asked}."]
+    return [f"Not accurate: x is {review.error:.1e} of its size off, and {asked}."]
+
+
+def _apart(review: Review) -> list[str]:
+    """Ranks that are lost, damping, the distance to the closed form, and what it is due to."""
+    lines = [line for level in review.levels for line in _decided(level)]
+    head = f"Closed form: {review.difference:.3g} apart"
+    if review.causes:
+        return [*lines, f"{head}, because of {'; '.join(map(str, review.causes))}."]
+    return [*lines, f"{head}."]
+
+
+def _decided(level: LevelAccount) -> list[str]:
+    name = f"Level {level.level}" if level.level else "Hard rows"
+    lines = []
+    if level.lost:
+        lines.append(f"{name}: rank lost, {level.rank} of {level.rank + level.lost} directions are decided.")
+    if level.damping > 0.0:
+        least = "" if np.isinf(level.kept) else f", the smallest singular value is {level.kept:.2g}"
+        lines.append(f"{name}: damped by k² up to {level.damping:.2g}{least}.")
+    return lines
 
 
 def _task(resolution: Resolution, block: Block) -> str:

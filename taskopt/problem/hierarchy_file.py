@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -38,14 +39,13 @@ def read(path: Path) -> Hierarchy:
     return Hierarchy.view(layout, np.ascontiguousarray(buffer, np.float64), np.asarray(norm, np.float64))
 
 
-def _layout(names: dict) -> Layout:
+def _layout(names: dict[str, Any]) -> Layout:
     """A layout from what JSON makes of it; raises what reading the wrong thing raises."""
     if names.pop("format") != _FORMAT:
         raise ValueError(f"this version reads format {_FORMAT}")
-    rows = {"row_names", "row_units"}
-    blocks = [
-        Block(**{key: tuple(value) if key in rows else value for key, value in block.items()})
-        for block in names.pop("blocks")
-    ]
-    whole = {key: tuple(value) if isinstance(value, list) else value for key, value in names.items()}
-    return Layout(blocks=tuple(blocks), **whole)
+    blocks = tuple(Block(**_with_tuples(block)) for block in names.pop("blocks"))
+    return Layout(blocks=blocks, **_with_tuples(names))
+
+
+def _with_tuples(names: dict[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in names.items()}

@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 from taskopt.arrays import Array
 
 ACCURACY = 1e-8  # wanted in x, relative to its largest entry, unless a resolver is asked for another
+SMALLEST = 1e-6  # [rad/s, m/s] an x that is smaller counts as that large: nothing is exact relative to zero
 
 
 class Cause(NamedTuple):
@@ -24,8 +25,9 @@ class LevelAccount(NamedTuple):
     rows: int
     free: int  # directions that the levels before left
     rank: int  # directions that this level decided
-    smallest: float  # the smallest singular value kept, relative to the size of the rows; inf for none
-    damping: float  # the largest k² that any of its directions got
+    kept: float  # the smallest singular value that counts, relative to the size of the rows; inf for none
+    dropped: float  # the largest one that does not; 0 for none
+    damping: float = 0.0  # the largest k² that any of its directions got
 
     @property
     def lost(self) -> int:
@@ -36,7 +38,10 @@ class LevelAccount(NamedTuple):
 class Review(Protocol):
     """The second look; everything in it is computed when it is first asked for."""
 
-    accuracy: float
+    @property
+    def accuracy(self) -> float:
+        """What the resolver was asked for in x, relative."""
+        ...
 
     @property
     def closed_form(self) -> Array:
@@ -50,7 +55,7 @@ class Review(Protocol):
 
     @property
     def error(self) -> float:
-        """‖x − x re-solved on the final active set‖∞ over ‖x re-solved‖∞; NaN for a closed form."""
+        """‖x − x re-solved on the final active set‖∞, relative to x; NaN for a closed form."""
         ...
 
     @property

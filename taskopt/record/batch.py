@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.problem.layout import Layout
+from taskopt.problem.review import Cause
 from taskopt.run import Step
 
 Mask = NDArray[np.bool_]
@@ -83,6 +84,17 @@ class Batch:
     @cached_property
     def certified(self) -> Mask:
         return np.array([step.resolution.certified() for step in self.steps])
+
+    @cached_property
+    def accurate(self) -> Mask:
+        """Whether each answer is as near as was asked for to its active set solved again."""
+        return np.array([step.resolution.accurate for step in self.steps])
+
+    @cached_property
+    def causes(self) -> tuple[tuple[Cause, ...], ...]:
+        """Why each answer is apart from its closed form; nothing where it is not."""
+        reviews = (step.resolution.review for step in self.steps)
+        return tuple(() if review is None else review.causes for review in reviews)
 
     @cached_property
     def task_names(self) -> tuple[str, ...]:

@@ -14,6 +14,11 @@ from taskopt.record.violation import LimitGauge
 EVENTS = "/run/events"
 _MOST = 12  # events of one resolver in one batch; the rest are counted
 _OVER = 1000  # added to the code of a bound that is not met but left behind
+_CAUSES = {  # limits have lanes of their own
+    "rank": "a rank that may go either way keeps it apart from its closed form",
+    "damping": "damping keeps it apart from its closed form",
+    "accuracy": "its accuracy is less than was asked for",
+}
 _OUTSIDE = 1e-9  # [rad] beyond which a limit counts as broken
 
 
@@ -88,6 +93,8 @@ class Lanes:
         if batch.claimed.any():
             unproven = batch.claimed & ~batch.certified
             watched["the resolver claims an optimum that is not proven"] = ("ERROR", unproven)
+        for kind, what in _CAUSES.items():
+            watched[what] = ("INFO", np.array([any(c.kind == kind for c in tick) for tick in batch.causes]))
         events = []
         for what, (level, flag) in watched.items():
             before = self._flags.get((batch.resolver, what), False)

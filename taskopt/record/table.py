@@ -23,9 +23,10 @@ FILE = "steps.arrows"
 class TableSink:
     """Writes batches to an Arrow IPC stream, unbuffered.
 
-    Columns: tick, t [s], resolver, status, claimed, certified, free (no row binds), q, q_next, v,
+    Columns: tick, t [s], resolver, status, claimed, certified, accurate, free (no row binds), q, q_next, v,
     error/<task>, residual/<task>, position_violation, velocity_violation, active (names),
-    multiplier (one an active row), certificate, iterations, seconds, build_seconds, twin_distance.
+    multiplier (one an active row), certificate, iterations, seconds, build_seconds, twin_distance,
+    causes (of that distance).
     """
 
     def __init__(self, path: Path) -> None:
@@ -69,6 +70,7 @@ class TableSink:
             "status": pa.array([answer.status.name for answer in answers]),
             "claimed": pa.array(batch.claimed),
             "certified": pa.array(batch.certified),
+            "accurate": pa.array(batch.accurate),
             "free": pa.array([step.free for step in batch.steps]),
             "q": _lists(batch.q),
             "q_next": _lists(batch.q_next),
@@ -84,6 +86,7 @@ class TableSink:
             "seconds": pa.array(batch.seconds),
             "build_seconds": pa.array(batch.build_seconds),
             "twin_distance": pa.array(batch.twin_distance),
+            "causes": pa.array([list(map(str, causes)) for causes in batch.causes], pa.list_(pa.string())),
         }
 
 

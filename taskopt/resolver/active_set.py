@@ -17,6 +17,7 @@ from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory
 from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.normal_tick import normal_tick
+from taskopt.resolver.review import TickReview
 from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
@@ -47,7 +48,7 @@ class ActiveSet:
         answer = np.empty(layout.answer_size)
         problem = hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns
         code, rounds = resolve_kernel(*problem, self.shortcut, self.iterations, state, answer)
-        return Resolution(hierarchy, answer, state, STATUS[code], rounds), Memory(state)
+        return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview), Memory(state)
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         from taskopt.resolver.closed_form import task_priority

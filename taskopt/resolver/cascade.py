@@ -122,19 +122,25 @@ def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compr
 def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -> Compromise:
     """y₁ and t have a unit Hessian; y₂ has none of its own, so each step adds ½ρ‖y₂ − y₂ before‖².
 
-    Rockafellar (1976), SIAM J. Control and Optimization 14(5).
+    Through a row that binds, y₂ is worth Σ to y₁: it is measured in units of 1/σ_min, and rows have
+    unit length, or the steps would be tiny near a singularity. Rockafellar (1976), SIAM J. Control and
+    Optimization 14(5).
     """
     r, f, m = len(equal.goal), equal.free.shape[1], len(soft.lower)
-    basis = np.hstack([equal.decided, equal.free])
+    basis = np.hstack([equal.decided, equal.free / equal.sigma.min(initial=1.0)])
     slack = np.vstack([np.zeros((len(rows.lower), m)), -np.eye(m)])
     both = rows.joined(soft)
     C = np.hstack([both.G @ basis, slack])
+    length = np.linalg.norm(C, axis=1)
+    length[length == 0.0] = 1.0
+    C /= length[:, None]
     H = np.diag(np.concatenate([np.ones(r), np.full(f, pull), np.ones(m)]))
     open_side = np.full(r + f + m, np.inf)
     before, iterations = np.zeros(f), 0
     for _ in range(_REPEATS):
         g = np.concatenate([-equal.goal, -pull * before, np.zeros(m)])
-        solution = solve(QuadraticProgram(H, g, C, both.lower, both.upper, -open_side, open_side))
+        lower, upper = both.lower / length, both.upper / length
+        solution = solve(QuadraticProgram(H, g, C, lower, upper, -open_side, open_side))
         iterations += solution.iterations
         if solution.status is not Status.SOLVED:
             break
@@ -144,7 +150,7 @@ def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -
         if moved <= _STILL * max(1.0, float(np.abs(now).max(initial=0.0))):
             break
     z = basis @ solution.x[: r + f]
-    return Compromise(z, solution.x[r + f :], solution.y, solution.status, iterations)
+    return Compromise(z, solution.x[r + f :], solution.y / length, solution.status, iterations)
 
 
 def frozen(equal: Split, violated: Array, priced: Array) -> Array:

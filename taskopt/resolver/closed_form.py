@@ -15,7 +15,7 @@ from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.review import LevelAccount
 from taskopt.resolver.damping import NONE, Damping
-from taskopt.resolver.rank import RULE, RankRule, row_scale, smallest_kept
+from taskopt.resolver.rank import RULE, RankRule, row_scale
 
 SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels
 
@@ -27,7 +27,7 @@ def square_inverse(J: Array, v: Array) -> Array:
     """
     if J.shape[0] != J.shape[1]:
         raise InvalidValue(f"J must be square, got {J.shape[0]}×{J.shape[1]}; take pseudo_inverse")
-    rank = _rank(np.linalg.svd(J, compute_uv=False))
+    rank = _rank(np.linalg.svd(J)[1])
     if rank < len(J):
         raise InvalidValue(f"J has rank {rank} of {len(J)}; take pseudo_inverse or damped_inverse")
     return np.asarray(np.linalg.solve(J, v), dtype=np.float64)
@@ -126,15 +126,14 @@ def descend(
         root = np.sqrt(weight)
         J, v = (root[:, None] * A) @ inverse, root * b
         U, sigma, Vt = np.linalg.svd(J @ Z)
-        scale = row_scale(J, root)
-        r = rule.rank(sigma, scale, before[k] if k < len(before) else None)
+        account = rule.account(k, len(b), free, sigma, row_scale(J, root), before)
+        r = account.rank
         wanted = v - J @ z
         squared = damping(sigma, wanted)[:r]
         s = sigma[:r]
         z = z + Z @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ wanted)))
         Z = Z @ Vt[r:].T
-        most = float(squared.max(initial=0.0))
-        accounts.append(LevelAccount(k, len(b), free, r, smallest_kept(sigma, r, scale), most))
+        accounts.append(account._replace(damping=float(squared.max(initial=0.0))))
     return Descent(inverse @ z, tuple(accounts))
 
 

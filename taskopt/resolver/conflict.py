@@ -18,6 +18,7 @@ from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.resolver.active_set import ActiveSet
 
 _AGREE = 1e-9  # relative to max(1, |bound|): a gap below it is rounding
+_ROOM = 1e-6  # likewise: what relaxed limits get besides; no solver finds its way in a set thin as rounding
 
 
 class Side(NamedTuple):
@@ -68,7 +69,7 @@ def conflict(hierarchy: Hierarchy) -> Conflict | None:
 
 
 def relaxed(hierarchy: Hierarchy, found: Conflict) -> Hierarchy:
-    """A copy in which every side of the relaxation has given way, and a hair more, so that rounding agrees."""
+    """A copy in which every side of the relaxation has given way, and 1e-6 more, so that there is room."""
     result = hierarchy.copy()
     n = result.n
     moved = {(side.name, side.side): gap for side, gap in found.relaxation}
@@ -79,7 +80,7 @@ def relaxed(hierarchy: Hierarchy, found: Conflict) -> Hierarchy:
             if gap > 0.0:
                 box = result.box_upper if upper else result.box_lower
                 bounds, at = (box, i) if i < n else ((result.upper if upper else result.lower), i - n)
-                hair = _AGREE * max(1.0, abs(bounds[at]))
+                hair = _ROOM * max(1.0, abs(bounds[at]))
                 bounds[at] += gap + hair if upper else -gap - hair
     return result
 
@@ -102,7 +103,9 @@ def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
         for sign, value in ((-1.0, lower), (1.0, upper)):
             if np.isfinite(value):
                 name = hierarchy.bound_name(i, sign > 0) if i < n else hierarchy.layout.row_names[i - n]
-                sides.append(Side(name, "upper" if sign > 0 else "lower", float(value), hierarchy.layout.unit(i)))
+                sides.append(
+                    Side(name, "upper" if sign > 0 else "lower", float(value), hierarchy.layout.unit(i))
+                )
                 rows.append(sign * row)
                 bounds.append(sign * value)
     return sides, np.array(rows).reshape(-1, n), np.array(bounds)

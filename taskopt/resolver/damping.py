@@ -20,8 +20,7 @@ from taskopt.arrays import Array, positive
 class Damping(Protocol):
     """k² ≥ 0 for each singular value."""
 
-    @property
-    def name(self) -> str: ...
+    name: ClassVar[str]
 
     def __call__(self, sigma: Array, b: Array) -> Array:
         """k² (r,) for σ (r,), falling; b (m,) is what the level asks for, Uᵀ not yet applied."""

@@ -28,7 +28,7 @@ from taskopt.resolver.cascade import (
     split,
 )
 from taskopt.resolver.closed_form import inverse_root, task_priority
-from taskopt.resolver.rank import RULE, RankRule, row_scale, smallest_kept
+from taskopt.resolver.rank import RULE, RankRule, row_scale
 from taskopt.solver.registry import solver
 
 
@@ -156,17 +156,14 @@ class _Descent:
         self.status = Status.ITERATION_LIMIT if self.feasible else status
 
     def _split(self, k: int, target: Rows, scale: float) -> Split:
-        """The equality rows of level k seen from ξ, and the account of their rank."""
-        before = self.before[k] if k < len(self.before) else None
-        met = split(
-            target.G @ self.Z,
-            target.upper - target.G @ self.xi,
-            lambda sigma: self.rule.rank(sigma, scale, before),
-        )
-        r = len(met.sigma)
-        least = smallest_kept(met.sigma, r, scale)
-        self.accounts.append(LevelAccount(k, len(target.lower), self.Z.shape[1], r, least, 0.0))
-        return met
+        """The equality rows of level k seen from ξ; what is decided of their rank goes into the accounts."""
+        M = target.G @ self.Z
+
+        def rank(sigma: Array) -> int:
+            self.accounts.append(self.rule.account(k, len(M), M.shape[1], sigma, scale, self.before))
+            return self.accounts[-1].rank
+
+        return split(M, target.upper - target.G @ self.xi, rank)
 
     def _hold(self, fixed: Rows) -> None:
         """Eliminate the hard equalities; they contradict each other if a residual is left."""

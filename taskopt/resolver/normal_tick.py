@@ -206,7 +206,7 @@ def _accepted(A, lower, upper, box_lower, box_upper, state, x, price, sign):
     """No bound is crossed, no active one has the wrong sign; x is finite."""
     n = x.size
     for j in range(n):
-        if not np.isfinite(x[j]):
+        if not np.isfinite(x[j]) or box_lower[j] > box_upper[j]:
             return False
         if state[j] > 0:
             if price[j] < -sign and box_lower[j] < box_upper[j]:

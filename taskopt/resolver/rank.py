@@ -1,11 +1,13 @@
 """The one place where rank is decided: which singular values count, and which directions are lost."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
+from taskopt.problem.review import LevelAccount
 
 LOST = 1e-10
 
@@ -36,6 +38,15 @@ class RankRule:
         sure = int(np.count_nonzero(sigma > self.regained * scale))
         return min(max(before, sure), kept)
 
+    def account(
+        self, level: int, rows: int, free: int, sigma: Array, scale: float, before: Sequence[int]
+    ) -> LevelAccount:
+        """The rank of a level with its evidence; `before` are last tick's ranks of all levels, or none."""
+        r = self.rank(sigma, scale, before[level] if level < len(before) else None)
+        kept = float(sigma[r - 1]) / scale if r else np.inf
+        dropped = float(sigma[r]) / scale if r < len(sigma) else 0.0
+        return LevelAccount(level, rows, free, r, kept, dropped)
+
 
 RULE = RankRule()
 
@@ -43,8 +54,3 @@ RULE = RankRule()
 def row_scale(J: Array, root: Array) -> float:
     """Size of weighted rows before projection, root being √w: max of √w and row norms."""
     return float(max(root.max(initial=0.0), np.sqrt((J**2).sum(axis=1)).max(initial=0.0)))
-
-
-def smallest_kept(sigma: Array, rank: int, scale: float) -> float:
-    """The smallest singular value that counts over the size of the rows; inf where none does."""
-    return float(sigma[rank - 1]) / scale if rank else np.inf

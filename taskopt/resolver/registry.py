@@ -1,13 +1,16 @@
-"""Resolvers by name: "pinv", "dls", "active-set", "wqp/<solver>", "hqp/<solver>"."""
+"""Resolvers by name: "pinv", "dls", "active-set", "wqp/<solver>", "hqp/<solver>", "cvxpy/<solver>"."""
 
 from collections.abc import Callable
+from functools import partial
 
 from taskopt.errors import UnknownName
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution
 from taskopt.resolver.base import Resolver
+from taskopt.resolver.damping import POLICIES
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.restated import ENGINES, Restated
 from taskopt.resolver.weighted_qp import WeightedQP
 from taskopt.solver.registry import solver, solvers
 
@@ -22,10 +25,14 @@ def _active_set() -> Resolver:
 
 _ALONE: dict[str, Callable[[], Resolver]] = {
     "pinv": PseudoInverse,
-    "dls": DampedLeastSquares,
+    **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
     "active-set": _active_set,
 }
-_WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {"wqp": WeightedQP, "hqp": HierarchicalQP}
+_WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {
+    "wqp": WeightedQP,
+    "hqp": HierarchicalQP,
+    "cvxpy": Restated,
+}
 
 
 def resolver(name: str) -> Resolver:
@@ -33,17 +40,22 @@ def resolver(name: str) -> Resolver:
     if name in _ALONE:
         return _ALONE[name]()
     family, _, engine = name.partition("/")
-    if family not in _WITH_SOLVER or engine not in {row.name for row in solvers()}:
+    if family not in _WITH_SOLVER or engine not in _engines(family):
         raise UnknownName("resolver", name, resolver_names())
     return _WITH_SOLVER[family](solver(engine).name)
 
 
 def resolver_names() -> tuple[str, ...]:
     """All names, those whose solver is not installed among them."""
-    engines = [row.name for row in solvers()]
-    return (*_ALONE, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in engines))
+    return (*_ALONE, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
 
 
 def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
     """One hierarchy, once, without memory."""
     return resolver(name)(hierarchy)[0]
+
+
+def _engines(family: str) -> tuple[str, ...]:
+    """Solvers that a family knows; CVXPY speaks to some of them only."""
+    names = tuple(row.name for row in solvers())
+    return tuple(name for name in names if name in ENGINES) if family == "cvxpy" else names

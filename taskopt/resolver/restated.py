@@ -19,6 +19,7 @@ from taskopt.resolver.base import Memory, answered, final_state, unanswered
 from taskopt.resolver.closed_form import root_of, task_priority
 from taskopt.resolver.rank import LOST
 
+ENGINES = ("daqp", "clarabel", "proxqp", "piqp", "highs", "osqp", "scs")  # that CVXPY speaks to
 _MET = 1e-9  # relative to its largest term: a row that lacks less is met
 _VIOLATED = 1e-7  # an inequality that lacks more, in least squares, is given up
 _PRICED = 1e-6  # relative to the largest price: a bound with a price at one level is met at all below
@@ -140,7 +141,8 @@ class _Account:
         value = S @ found.x
         lost = value - t > _VIOLATED * np.maximum(1.0, np.abs(value))
         self.C, self.c = self._with(
-            np.vstack([A, S[lost], self.G[priced]]), np.concatenate([A @ found.x, value[lost], self.h[priced]])
+            np.vstack([A, S[lost], self.G[priced]]),
+            np.concatenate([A @ found.x, value[lost], self.h[priced]]),
         )
         self.G = np.vstack([self.G[~priced], S[~lost]])
         self.h = np.concatenate([self.h[~priced], np.maximum(t, value)[~lost]])
@@ -169,7 +171,8 @@ class _Account:
         fresh = A - (A @ basis) @ basis.T
         if not fresh.size:
             return self.C, self.c
-        R, order = qr(fresh.T, mode="r", pivoting=True)
+        factors: Any = qr(fresh.T, mode="r", pivoting=True)  # what its annotation leaves open: two of them
+        R, order = factors
         count = int(np.count_nonzero(np.abs(np.diagonal(R)) > LOST))
         new = np.sort(order[:count])
         return np.vstack([self.C, A[new]]), np.concatenate([self.c, b[new]])

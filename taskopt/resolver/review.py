@@ -8,14 +8,15 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.problem.review import ACCURACY, Cause, LevelAccount
+from taskopt.problem.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
 from taskopt.resolver.closed_form import Descent, descend, equality_levels
 
-_DOUBT = 1e-8  # a singular value below it, relative, is lost to some and kept by others
+_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one
+_NEAR, _NOISE = 1e-8, 1e-13  # singular values between them, relative, are lost to some and kept by others
 
 
 @dataclass(frozen=True, eq=False)
-class TickReview:
+class TickReview(Review):
     """Nothing is solved until it is asked for: a control loop that never asks never pays.
 
     `accuracy` is what the resolver was asked for in x; `own` are the ranks and damping that it decided
@@ -40,7 +41,7 @@ class TickReview:
 
     @cached_property
     def error(self) -> float:
-        if self.resolution.status is Status.FORMULA:
+        if self.resolution.status in _NO_OPTIMUM:
             return np.nan
         return _apart(self.resolution.x, self._held.x)
 
@@ -54,15 +55,14 @@ class TickReview:
         return (*held, *damped, *self._decisions())
 
     def _decisions(self) -> tuple[Cause, ...]:
-        """Where x is not what its active set leads to: other ranks, else the solver's own accuracy."""
-        formula = self.resolution.status is Status.FORMULA
-        expected = self._free.levels if formula else self._held.levels
-        differing = [mine for mine, ours in zip(self.own, expected, strict=False) if mine.rank != ours.rank]
-        if formula or not self.error > self.accuracy:
-            return tuple(_rank(level) for level in differing)
-        doubtful = [level for level in expected if level.lost or level.smallest < _DOUBT]
-        lost = differing or ([] if self.own else doubtful)
-        return tuple(map(_rank, lost)) or (Cause("accuracy", f"solver accuracy, {self.error:.1e} of x"),)
+        """Where x is not what its active set leads to: a rank that may go either way, else the solver."""
+        if self.resolution.status is Status.FORMULA:
+            pairs = zip(self.own, self._free.levels, strict=True)
+            return tuple(_rank(mine) for mine, cold in pairs if mine.rank != cold.rank)
+        if not self.error > self.accuracy:
+            return ()
+        doubtful = [level for level in self.levels if level.kept < _NEAR or level.dropped > _NOISE]
+        return tuple(map(_rank, doubtful)) or (Cause("accuracy", f"solver accuracy, {self.error:.1e} of x"),)
 
     @cached_property
     def _free(self) -> Descent:
@@ -101,11 +101,9 @@ def _held(problem: Hierarchy, state: np.ndarray, k: int) -> tuple[Array, Array, 
 
 def _apart(x: Array, other: Array) -> float:
     """‖x − other‖∞ relative to ‖other‖∞; inf where x is not a number."""
-    size = float(np.abs(other).max(initial=0.0))
-    distance = float(np.abs(x - other).max(initial=0.0))
-    if not np.isfinite(distance):
-        return np.inf
-    return distance / size if size > 0.0 else (0.0 if distance == 0.0 else np.inf)
+    size = max(SMALLEST, float(np.abs(other).max(initial=0.0)))
+    distance = float(np.abs(x - other).max(initial=0.0)) / size
+    return distance if np.isfinite(distance) else np.inf
 
 
 def _damping(level: LevelAccount) -> Cause:

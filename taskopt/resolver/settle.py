@@ -1,7 +1,7 @@
 """What becomes of a tick whose hard limits contradict each other: an error, least relaxation, or brakes.
 
 That they do is decided by our own phase one (`conflict`), not by the status of a solver; where it finds
-none, there is no conflict to relax, and the answer stays what it was.
+none, there is nothing to settle, and the answer stays what it was.
 """
 
 import numpy as np
@@ -20,16 +20,16 @@ _COUNTS = 1e-9  # [rad/s, m/s] a limit that is broken by less is kept
 def settle(
     policy: Policy, resolver: Resolver, hierarchy: Hierarchy, answer: Resolution, brakes: Array, when: str
 ) -> Resolution:
-    """What is sent instead of `answer`, which says that the hard limits of a hierarchy contradict.
+    """What is sent instead of an `answer` that may not be; the same where the limits do agree.
 
     `brakes` (n,) slows down as hard as it may. Raises `Infeasible` with the conflict in words and a copy
-    of the problem. Where the limits do agree, only "brake" does anything.
+    of the problem.
     """
     found = conflict(hierarchy)
-    if policy == "brake":
-        return _braked(hierarchy, brakes, found)
     if found is None:
         return answer
+    if policy == "brake":
+        return _braked(hierarchy, brakes, found)
     if policy == "raise":
         raise Infeasible(f"{resolver.name} at {when}: {found}", hierarchy.copy())
     result = resolver(relaxed(hierarchy, found))[0]
@@ -39,13 +39,12 @@ def settle(
     return result
 
 
-def _braked(hierarchy: Hierarchy, brakes: Array, found: Conflict | None) -> Resolution:
+def _braked(hierarchy: Hierarchy, brakes: Array, found: Conflict) -> Resolution:
     layout = hierarchy.layout
     nothing = np.zeros((layout.level_count + 1, layout.width))
     state = np.zeros(layout.width, dtype=np.int8)
     result = answered(hierarchy, brakes, nothing, state, Status.BRAKED)[0]
-    reason = f"Braking, {found}" if found else "Braking, for the solver found no answer, though the limits agree"
-    result.notes = (f"{reason}.", *_still_broken(hierarchy, brakes))
+    result.notes = (f"Braking, {found}.", *_still_broken(hierarchy, brakes))
     return result
 
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, NotInstalled
-from taskopt.robot.geometry import core, exact, obstacle_object, solid
+from taskopt.robot.geometry import exact, obstacle_object, solid
 from taskopt.robot.pairs import Pair, shape_names, shapes_of
 from taskopt.robot.robot import Robot
 from taskopt.robot.shapes import Shape
@@ -67,11 +67,6 @@ class Collision:
         """Measure at the joint poses of a pin.Data."""
         pin.updateGeometryPlacements(self.robot.model, data, self.shapes, self._data)
         pin.computeDistances(self.shapes, self._data)
-
-    def cores(self) -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
-        """Size and radius of the core of both solids of each pair."""
-        known = [core(shape) for shape in self.shapes.geometryObjects]
-        return tuple((known[first], known[second]) for first, second in self.pairs)
 
     def _contacts(self) -> Array:
         """(P, 9) over the results of Coal; asked one by one they cost a microsecond each."""

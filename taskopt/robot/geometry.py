@@ -17,6 +17,7 @@ from taskopt.robot.shapes import Box, Capsule, HalfSpace, Shape, Sphere, turning
 _LINK_COLOUR = np.array([0.35, 0.55, 0.85, 1.0])
 _OBSTACLE_COLOUR = np.array([0.85, 0.35, 0.30, 0.8])
 _TOLERANCE, _ITERATIONS = 1e-12, 500  # at Coal's own 1e-6, gradients of hulls are off by 5 %
+_FLAT = 1e-6  # [m] thickness of what has none
 _SIDES = 48  # of the prism around a cylinder
 
 
@@ -67,11 +68,24 @@ def solid(shapes: Any) -> Any:
     out.removeAllCollisionPairs()
     for shape in out.geometryObjects:
         if isinstance(shape.geometry, coal.BVHModelBase):
-            shape.geometry.buildConvexHull(True, "Qt")
-            shape.geometry = shape.geometry.convex
+            _fill(shape)
         elif isinstance(shape.geometry, coal.Cylinder):
             shape.geometry = _prism(shape.geometry.radius, shape.geometry.halfLength)
     return out
+
+
+def _fill(shape: Any) -> None:
+    """Replace a mesh by its convex hull; by its bounding box where Coal gives the hull up."""
+    mesh = shape.geometry
+    try:
+        mesh.buildConvexHull(True, "Qt")
+    except (RuntimeError, ValueError):  # no volume, or a corner with more neighbours than Coal counts
+        mesh.computeLocalAABB()
+        box, centre = mesh.aabb_local, np.ravel(mesh.aabb_center)
+        shape.geometry = coal.Box(*np.maximum([box.width(), box.height(), box.depth()], _FLAT))
+        shape.placement = shape.placement * pin.SE3(np.eye(3), centre)
+        return
+    shape.geometry = mesh.convex
 
 
 def _prism(radius: float, half_length: float) -> Any:

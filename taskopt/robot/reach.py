@@ -6,20 +6,21 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.robot.collision import Collision
-from taskopt.robot.geometry import extent
+from taskopt.robot.geometry import core, extent
 from taskopt.robot.robot import Robot
 
-_TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] where a robot states no velocity limit
+Core = tuple[float, float]  # see `geometry.core`
+_TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] the most that a distance limit makes room for
 
 
 def nominal_speeds(robot: Robot) -> Array:
-    """(nv,) the robot's velocity limits, and 2π rad/s or 1 m/s where it states none."""
-    default = np.where([unit == "rad" for unit in robot.coordinate_units], _TURNING, _SLIDING)
-    return np.where(np.isfinite(robot.velocity_limit), robot.velocity_limit, default)
+    """(nv,) the robot's velocity limits, or 2π rad/s and 1 m/s where they are higher or there is none."""
+    return np.minimum(robot.velocity_limit, np.where(_turns(robot), _TURNING, _SLIDING))
 
 
 def step_losses(collision: Collision, dt: float, within: float) -> tuple[Array, Array, Array]:
@@ -35,33 +36,32 @@ def step_losses(collision: Collision, dt: float, within: float) -> tuple[Array, 
     zero for a sphere. Moving with constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (sliding
     joints twice, for Coriolis), which is bend = ½ Δt² times that.
     """
-    speeds = nominal_speeds(collision.robot)
-    out = [_losses(collision, speeds, pair, dt, within) for pair in range(len(collision.pairs))]
+    known = [core(shape) for shape in collision.shapes.geometryObjects]
+    out = [
+        _losses(collision, pair, known[first], known[second], dt, within)
+        for pair, (first, second) in enumerate(collision.pairs)
+    ]
     travel, jump, bend = np.array(out).reshape(-1, 3).T.copy()
     return travel, jump, bend
 
 
 def _losses(
-    collision: Collision, speeds: Array, pair: int, dt: float, within: float
+    collision: Collision, pair: int, mine: Core, other: Core, dt: float, within: float
 ) -> tuple[float, float, float]:
-    robot = collision.robot
-    turning = np.array([unit == "rad" for unit in robot.coordinate_units])
-    moving = collision.turn[pair] != 0.0
-    spin = float(speeds[turning & moving].sum())
-    slide = float(speeds[~turning & moving].sum())
-    reach = _reach(robot, collision, pair)
+    robot, moving = collision.robot, collision.turn[pair] != 0.0
+    speeds, turning = nominal_speeds(robot), _turns(robot) & moving
+    spin = float(speeds[turning].sum())
+    slide = float(speeds[moving & ~turning].sum())
+    swing = float(speeds[turning] @ _reach(robot, collision, pair)[turning])
 
     def bend(pad: float) -> float:
-        swing = float(speeds[turning & moving] @ (reach[turning & moving] + pad))
-        return 0.5 * dt * dt * spin * (swing + 2.0 * slide)
+        return 0.5 * dt * dt * spin * (swing + spin * pad + 2.0 * slide)
 
-    (size, _), (other_size, other_radius) = collision.cores()[pair]
     # The plane goes with the second solid, and points of the first are watched; or the other way round.
-    ways = [(dt * spin * size, bend(0.0))]
-    if np.isfinite(other_size):
-        ways.append((dt * spin * other_size, bend(within + other_radius + other_size)))
-    travel = dt * (float(speeds[turning & moving] @ reach[turning & moving]) + slide)
-    return travel, *min(ways, key=sum)
+    ways = [(dt * spin * mine[0], bend(0.0))]
+    if np.isfinite(other[0]):
+        ways.append((dt * spin * other[0], bend(within + sum(other))))
+    return dt * (swing + slide), *min(ways, key=sum)
 
 
 def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
@@ -77,13 +77,16 @@ def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
     for joint in theirs[shared:]:
         length += _link_length(robot, joint)
         _write(robot, out, joint, length)
-    turning = np.array([unit == "rad" for unit in robot.coordinate_units])
-    if not np.isfinite(out[turning & (collision.turn[pair] != 0.0)]).all():
+    if not np.isfinite(out[_turns(robot) & (collision.turn[pair] != 0.0)]).all():
         raise InvalidValue(
             f"{collision.names[pair]}: a sliding joint between them has no position limit, so a step has no "
             "bound; give the joint limits"
         )
     return out
+
+
+def _turns(robot: Robot) -> NDArray[np.bool_]:
+    return np.array([unit == "rad" for unit in robot.coordinate_units])
 
 
 def _write(robot: Robot, out: Array, joint: int, value: float) -> None:

@@ -36,10 +36,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "proxqp": {**_TIGHT, "max_iter": 1000},
     "piqp": _TIGHT,
     "osqp": {**_TIGHT, "max_iter": 50000},
-    "scs": {**_TIGHT, "max_iters": 100000},
-    "highs": {},
+    "scs": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iters": 100000},
+    "highs": {"time_limit": 1.0},  # its quadratic method can go round for ever
 }
-ENGINES = tuple(_OPTIONS)
 _STATUS = {
     cp.OPTIMAL: Status.SOLVED,
     cp.INFEASIBLE: Status.INFEASIBLE,
@@ -152,14 +151,19 @@ def least_squares_statement(n: int, held: int, kept: int, rows: int, soft: int) 
 
 
 def least_norm(
-    J: Array, v: Array, W: Array | None = None, bounds: tuple[Array, Array] | None = None, engine: str = "clarabel"
+    J: Array,
+    v: Array,
+    W: Array | None = None,
+    bounds: tuple[Array, Array] | None = None,
+    engine: str = "clarabel",
 ) -> Array:
     """q̇ (n,) with J q̇ = v and least ½ q̇ᵀ W q̇ (3.50), W = I by default (3.51), within bounds (n,) each.
 
     Raises `NotSolved`, as do the other two, where there is no such q̇ or the solver gives up.
     """
     m, n = J.shape
-    L = np.eye(n) if W is None else np.linalg.cholesky(np.diag(W) if W.ndim == 1 else W).T
+    root = np.eye(n) if W is None else np.linalg.cholesky(np.diag(W) if W.ndim == 1 else W).T
+    L = np.asarray(root, dtype=np.float64)
     G, h = within(bounds)
     return _answer(least_norm_statement(n, m, len(h)), engine, {"C": J, "c": v, "L": L, "G": G, "h": h})
 

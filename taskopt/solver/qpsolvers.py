@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from taskopt.arrays import IntArray
+from taskopt.arrays import Array, IntArray
 from taskopt.errors import NotInstalled
 from taskopt.problem.qp import QuadraticProgram, Solution
 from taskopt.problem.resolution import Status
@@ -52,6 +52,25 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
         y[equal] = found.y
     y_box = np.zeros(qp.n) if found.z_box is None or not len(found.z_box) else np.asarray(found.z_box)
     return Solution(np.asarray(found.x), y, y_box, Status.SOLVED)
+
+
+def solve_at_defaults(name: str, H: Array, g: Array, lower: Array, upper: Array) -> Array:
+    """x (n,) of min ½ xᵀ H x + gᵀ x inside a box, as qpsolvers solves it if it is told no more; NaN for none."""
+    try:
+        import qpsolvers
+    except ImportError as error:
+        raise NotInstalled("qpsolvers", "qpsolvers") from error
+    problem = qpsolvers.Problem(H, g, lb=lower, ub=upper)
+    if name in qpsolvers.sparse_solvers and name not in qpsolvers.dense_solvers:
+        problem = qpsolvers.Problem(compressed(H), g, lb=lower, ub=upper)
+    limit = {"time_limit": _EXTRA["highs"]["time_limit"]} if name == "highs" else {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            found = qpsolvers.solve_problem(problem, name, **limit)
+        except qpsolvers.QPError:
+            return np.full(len(g), np.nan)
+    return np.full(len(g), np.nan) if not found.found or found.x is None else np.asarray(found.x)
 
 
 def _nothing(qp: QuadraticProgram) -> Solution:

@@ -15,7 +15,7 @@ from taskopt.problem.hierarchy import LevelRows
 from taskopt.reference import Hold, Reference, as_reference
 from taskopt.robot import Robot
 from taskopt.space import PoseSpace
-from taskopt.task.base import gains, task_rate, weights
+from taskopt.task.rows import gains, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)

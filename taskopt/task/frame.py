@@ -16,7 +16,7 @@ from taskopt.reference import Hold, Reference, as_reference
 from taskopt.robot import Robot
 from taskopt.space import PoseSpace
 from taskopt.task import frame_kernel as k
-from taskopt.task.base import gains, weights
+from taskopt.task.rows import gains, weights
 
 Expressed = Literal["own", "world"]
 

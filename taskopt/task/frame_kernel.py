@@ -16,7 +16,7 @@ for WORLD, its angular part turned back by Eᵀ. OWN is Solà, Deray and Atchuth
 from taskopt.jacobian import frame_pose_into
 from taskopt.jit import kernel
 from taskopt.lie import log6_jlog6_into, relative_into
-from taskopt.task.base import task_rate
+from taskopt.task.rows import task_rate
 
 OWN, WORLD, POSITION = 0, 1, 2
 

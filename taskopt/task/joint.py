@@ -15,7 +15,7 @@ from taskopt.problem.hierarchy import LevelRows
 from taskopt.reference import Hold, Reference, as_reference
 from taskopt.robot import Robot
 from taskopt.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinates
-from taskopt.task.base import gains, rate_units, task_rate, weights
+from taskopt.task.rows import gains, rate_units, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from taskopt.errors import InvalidValue
 from taskopt.objective import Objective
 from taskopt.problem.hierarchy import LevelRows
 from taskopt.robot import Robot
-from taskopt.task.base import rate_units, task_rate, weights
+from taskopt.task.rows import rate_units, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)

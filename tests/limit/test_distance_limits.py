@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from taskopt import PositionTask, Robot, Stack
+from taskopt import DampingTask, PositionTask, Robot, Stack
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.limit import BoundLimit, JointPositionLimit, JointVelocityLimit, Limit, RowLimit
@@ -259,3 +259,13 @@ def test_a_rail_without_end_has_no_bound_and_is_refused():
     arm = Robot.from_dh([DHRow(0.0, np.pi / 2, 0.0, 0.0), DHRow(0.0, 0.0, 0.2, 0.0, "prismatic")])
     with pytest.raises(InvalidValue, match="give the joint limits"):
         ObstacleLimit([Sphere([1, 0, 0], 0.1)]).bind(arm, 1e-3)
+
+
+def test_a_posture_that_is_not_a_number_is_named():
+    """NaN in q reaches no solver by way of a distance that no comparison sees."""
+    arm = robot("planar3")
+    stack = Stack(levels=[[DampingTask()]], limits=[ObstacleLimit([Sphere([0.5, 0.5, 0.0], 0.1)])])
+    plan = stack.compile(arm, 1e-3)
+    plan.start([0.1, 0.2, 0.3])
+    with pytest.raises(InvalidValue, match=r"NaN|not finite"):
+        plan.at(np.array([0.1, np.nan, 0.3]), 0.0)

@@ -34,13 +34,15 @@ def random_joints(seed):
 
 def chosen(rng, bounds, habit):
     """Velocities within the bounds: always up, always down, anywhere, from one extreme to the other."""
-    u = np.select([habit == 0, habit == 1, habit == 2], [1.0, 0.0, rng.random(MANY)], rng.integers(0, 2, MANY))
+    u = np.select(
+        [habit == 0, habit == 1, habit == 2], [1.0, 0.0, rng.random(MANY)], rng.integers(0, 2, MANY)
+    )
     return np.clip(bounds[0] + u * (bounds[1] - bounds[0]), bounds[0], bounds[1])
 
 
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2, 0.1])
 def test_ten_thousand_random_sequences_stay_inside_and_always_have_a_choice(dt):
-    """From rest, whatever is chosen within the bounds for 200 steps: never empty, outside, too fast, too hard."""
+    """From rest, whatever is chosen within the bounds, 200 steps: never empty, outside, too fast, too hard."""
     rng, q, a, fastest, low, high = random_joints(int(1e4 * dt))
     habit, v = rng.integers(0, 4, MANY), np.zeros(MANY)
     for _ in range(200):
@@ -112,7 +114,11 @@ def test_a_controller_keeps_position_velocity_and_acceleration(name):
     of = robot(name)
     limit = JointAccelerationLimit(20.0)
     rng, dt = np.random.default_rng(1), 5e-3
-    goal = {joint: 0.0 for joint in of.joints if of.velocity_index(joint).stop - of.velocity_index(joint).start == 1}
+    goal = {
+        joint: 0.0
+        for joint in of.joints
+        if of.velocity_index(joint).stop - of.velocity_index(joint).start == 1
+    }
     q, v = of.posture("middle"), np.zeros(of.nv)
     fastest = np.where(np.isfinite(of.velocity_limit), of.velocity_limit, 1e9)
     for leg in range(4):
@@ -138,12 +144,21 @@ def test_a_bound_says_whether_acceleration_position_or_speed_sets_it():
         bound.moved(np.full(of.nv, v))
         bound.narrow(Configuration(of, np.full(of.nv, q)), bounds, 1)
         assert (bounds[3] == owner).all()
-    assert bound.owners == ("joint_acceleration", "joint_acceleration (position)", "joint_acceleration (velocity)")
+    assert bound.owners == (
+        "joint_acceleration",
+        "joint_acceleration (position)",
+        "joint_acceleration (velocity)",
+    )
 
 
 @pytest.mark.parametrize(
     ("acceleration", "error"),
-    [(0.0, InvalidValue), (-1.0, InvalidValue), (np.nan, InvalidValue), ({"panda_joint22": 1.0}, UnknownName)],
+    [
+        (0.0, InvalidValue),
+        (-1.0, InvalidValue),
+        (np.nan, InvalidValue),
+        ({"panda_joint22": 1.0}, UnknownName),
+    ],
 )
 def test_accelerations_that_make_no_sense_are_refused(acceleration, error):
     """Not positive, NaN, unknown joint."""

@@ -32,7 +32,9 @@ def test_its_rows_are_the_derivative_of_the_centre_of_mass(name):
 def test_it_takes_the_axes_that_are_asked_for():
     """Two rows for "xy", with their own names and weights."""
     of = robot("talos_reduced")
-    task, rows = bound(CentreOfMassTask(axes="xy", weight=[1.0, 2.0, 3.0]), Configuration(of, generic_q(of, 2)))
+    task, rows = bound(
+        CentreOfMassTask(axes="xy", weight=[1.0, 2.0, 3.0]), Configuration(of, generic_q(of, 2))
+    )
     assert task.row_names == ("x", "y")
     assert rows.A.shape == (2, of.nv)
     np.testing.assert_array_equal(task.weight, [1.0, 2.0])

@@ -1,0 +1,25 @@
+"""The Panda's elbow swings from side to side while its hand does not move at all.
+
+Internal motion: with v = 0, (3.54) is q̇ = (I − J†J) q̇₀. What q̇₀ asks for is a sine of the first joint;
+what of it the hand allows is carried out.
+"""
+
+import numpy as np
+
+from taskopt import FrameTask, Function, JointPositionLimit, JointTask, JointVelocityLimit, Robot, Scenario
+from taskopt import Stack
+
+swing = Function(
+    lambda t: {"panda_joint1": 0.7 * np.sin(0.5 * np.pi * t)},  # [rad]
+    derivative=lambda t: {"panda_joint1": 0.35 * np.pi * np.cos(0.5 * np.pi * t)},
+)
+hand = FrameTask("panda_hand", gain=50.0)  # [1/s], holds the pose of the start
+elbow = JointTask(swing, joints=("panda_joint1",), gain=5.0)
+
+scenario = Scenario(
+    robot=Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2")),
+    q0=[0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.8],
+    stack=Stack(levels=[[hand], [elbow]], limits=[JointPositionLimit(), JointVelocityLimit()]),
+    duration=8.0,
+    dt=1e-3,
+)

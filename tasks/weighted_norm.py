@@ -1,0 +1,23 @@
+"""The tip goes around its circle while the first joint, which has to carry the whole arm, is spared.
+
+A weighted norm (3.50): q̇ᵀ W q̇ with W = diag(20, 1, 1) makes a motion of the first joint cost twenty
+times one of the others. With W = I the scenario is `minimum_norm`.
+"""
+
+import numpy as np
+
+from taskopt import Circle, PositionTask, Scenario, Stack
+from taskopt.robot import planar_arm
+
+circle = Circle(radius=0.25, period=2.0, toward=(1, 0, 0), along=(0, 1, 0), turns=2)  # [m], [s]
+
+scenario = Scenario(
+    robot=planar_arm([0.5, 0.5, 0.5]),
+    q0=[np.pi, -np.pi / 2, -np.pi / 2],
+    stack=Stack(
+        levels=[[PositionTask("tip", reference=circle, gain=500.0, axes="xy")]],
+        norm=[20.0, 1.0, 1.0],
+    ),
+    duration=4.0,
+    dt=1e-3,
+)
