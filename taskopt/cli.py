@@ -28,6 +28,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+bench = typer.Typer(help="Measure, on this machine.", no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(bench, name="bench")
+
 ScenarioFile = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Python file with a `scenario`; it is executed.")
 ]
@@ -117,6 +120,30 @@ def view(
 
         take_picture(path, picture, at)
         typer.echo(f"{picture} shows {path}")
+
+
+@bench.command()
+def accuracy(
+    solvers: Annotated[
+        list[str] | None, typer.Option("-s", "--solver", help="Repeat it; default: all installed.")
+    ] = None,
+    family: Annotated[str, typer.Option(help="hqp or wqp: how the solvers are asked.")] = "hqp",
+    trials: Annotated[int, typer.Option(min=1, help="Problems a cell.")] = 20,
+) -> None:
+    """How right q̇ is near a singularity: σ_min × damping × solver, bounds that bind and that do not."""
+    from rich.console import Console
+    from rich.progress import track
+
+    from taskopt.bench.accuracy import CELLS, ROOMS, installed, measure, table, verdict
+    from taskopt.report import terminal
+
+    names, console, behind = solvers or installed(), terminal(), Console(stderr=True)
+    for room in ROOMS:
+        cells = measure(names, family, trials, room)
+        total, hidden = CELLS * len(names), not behind.is_terminal
+        kept = [*track(cells, family, total, console=behind, transient=True, disable=hidden)]
+        console.print(table(kept, family, room))
+        console.print(verdict(kept), highlight=False, markup=False)
 
 
 @app.command()

@@ -1,11 +1,20 @@
 """Distances at a configuration, with their gradients: what obstacle objectives and limits stand on."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.configuration import Configuration
 from taskopt.jit import kernel
 from taskopt.robot.collision import Collision
+
+
+class Measured(NamedTuple):
+    """Distances (P,) [m] and the nearest points (P, 2, 3) [m] of one tick, to keep."""
+
+    distance: Array
+    witness: Array
 
 
 class Distances:
@@ -34,6 +43,10 @@ class Distances:
     def witness(self) -> Array:
         """(P, 2, 3) a copy of the nearest points, first and second solid, in the world [m]."""
         return self.collision.contact[:, 3:].reshape(-1, 2, 3).copy()
+
+    def measured(self) -> Measured:
+        """Copies of the distances and witness points."""
+        return Measured(self.distance.copy(), self.witness)
 
 
 @kernel

@@ -146,8 +146,9 @@ def show_inventory(console: Console) -> None:
             solver.name, solver.method, "yes" if solver.installed else f"no: pip install {solver.install}"
         )
     console.print(rows)
-    plain = [name for name in resolver_names() if "/" not in name]
-    console.print(f"resolvers: {', '.join(plain)}, wqp/<solver>, hqp/<solver>, cvxpy/<solver>", highlight=False)
+    plain = [name for name in resolver_names() if "/" not in name or name.startswith("dls")]
+    families = "wqp/<solver>, hqp/<solver>, cvxpy/<solver>"
+    console.print(f"resolvers: {', '.join(plain)}, {families}", highlight=False)
     files = ", ".join(map(str, scenario_files())) or "none in tasks/ of this folder"
     console.print(f"scenarios: {files}", highlight=False, markup=False)
 

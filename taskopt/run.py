@@ -6,14 +6,15 @@ one time index for error, feedforward and step. One clock times every resolver, 
 resolver: not the kinematics, not the copies that a step keeps, not the closed form beside it.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter_ns
 
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.distance import Measured
 from taskopt.errors import NotSolved
 from taskopt.problem.certificate import RESIDUALS, TOLERANCE
 from taskopt.problem.hierarchy import Hierarchy
@@ -46,6 +47,7 @@ class Step:
     targets: dict[str, Array]  # desired pose (4, 4) of each frame task
     actuals: dict[str, Array]  # actual pose (4, 4)
     twin: Array  # (n,) the closed form of the same problem
+    distances: Mapping[str, Measured] = field(default_factory=dict)  # at q, of each limit that keeps any
 
     @cached_property
     def twin_distance(self) -> float:
@@ -114,6 +116,7 @@ def _tick(
         targets={name: x_d.copy() for name, x_d, _ in framed},
         actuals={name: x.copy() for name, _, x in framed},
         twin=resolver.twin(kept),
+        distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
     )
     return step, memory
 

@@ -95,8 +95,6 @@ def _existing(path: Path) -> Path:
     shelf = path.parent if path.parent != Path() and path.parent.is_dir() else SHELF
     stems = {file.stem: str(file) for file in scenario_files(shelf)}
     near = [stems[stem] for stem in get_close_matches(path.stem, stems, n=3, cutoff=0.5)]
-    if near:
-        way_out = f"did you mean {', '.join(near)}?"
-    else:
-        way_out = f"there is {', '.join(stems.values())}" if stems else f"no scenario stands in {shelf}/"
+    there = f"there is {', '.join(stems.values())}" if stems else f"no scenario stands in {shelf}/"
+    way_out = f"did you mean {', '.join(near)}?" if near else there
     raise MissingFile(f"no scenario file '{path}'; {way_out}")

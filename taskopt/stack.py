@@ -12,6 +12,7 @@ from taskopt.arrays import Array, positive
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
 from taskopt.limit import BoundLimit, Limit, RateLimit, RowLimit
+from taskopt.limit.distance import BoundDistance
 from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
 from taskopt.problem.layout import Block, Layout
 from taskopt.robot import Robot
@@ -59,7 +60,8 @@ class Plan:
     """A stack compiled for a robot; `at` fills the one hierarchy that it has.
 
     `tasks`: the tasks as bound to the robot, in order of level; their errors and poses are those of the
-    last `at`. `configuration`: the robot as of the last `at`.
+    last `at`. `configuration`: the robot as of the last `at`. `limits`: as bound, in order; those that
+    keep distances by name in `distance_limits`, each with what the last `at` measured.
     """
 
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
@@ -68,13 +70,16 @@ class Plan:
         names = iter(_unique(task.name or task.default_name() for task in chain(*stack.levels)))
         bound = [[task.bind(robot, next(names)) for task in level] for level in stack.levels]
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*bound))
-        limits = [limit.bind(robot, dt) for limit in stack.limits]
+        self.limits = limits = tuple(limit.bind(robot, dt) for limit in stack.limits)
         boxes = [limit for limit in limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in limits if isinstance(limit, RowLimit)]
         self.rate_limits = [limit for limit in limits if isinstance(limit, RateLimit)]
         _check_gains(self.tasks, dt)
         owners = chain.from_iterable(_owners(limit) for limit in boxes)
-        self.layout = _layout(robot, hard, bound, ("box", *_unique(owners)))
+        called = _unique(limit.name for limit in hard)
+        named = tuple(zip(called, hard, strict=True))
+        self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
+        self.layout = _layout(robot, named, bound, ("box", *_unique(owners)))
         self.hierarchy = _empty(self.layout, checked_norm(stack.norm, robot.nv))
         self._started = False
         self._prepare(hard, boxes)
@@ -216,14 +221,18 @@ def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
 
 
 def _layout(
-    robot: Robot, hard: Sequence[RowLimit], levels: Sequence[Sequence[BoundTask]], owners: tuple[str, ...]
+    robot: Robot,
+    hard: Sequence[tuple[str, RowLimit]],
+    levels: Sequence[Sequence[BoundTask]],
+    owners: tuple[str, ...],
 ) -> Layout:
     blocks: list[Block] = []
     column: list[int] = []
-    for k, part in [(0, p) for p in hard] + [(k, p) for k, level in enumerate(levels, 1) for p in level]:
+    tasks = [(k, part.name, part) for k, level in enumerate(levels, 1) for part in level]
+    for k, name, part in [*((0, name, limit) for name, limit in hard), *tasks]:
         start = len(column)
         column += part.column
-        blocks.append(Block(part.name, k, start, len(column), part.row_names, part.row_units))
+        blocks.append(Block(name, k, start, len(column), part.row_names, part.row_units))
     units = rate_units(robot.coordinate_units)
     return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)
 

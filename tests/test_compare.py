@@ -109,6 +109,27 @@ def test_claims_and_proofs_are_counted_apart() -> None:
     lie = tallies["broken"]
     assert lie.claimed == 200
     assert lie.twin_distances == pytest.approx([1e-3] * len(lie.twin_distances), rel=0.5)
+    assert (lie.judged, lie.accurate) == (200, 0)
+    assert lie.error > 1e-4
+    assert lie.causes["accuracy"] == 200
+
+
+def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
+    """Limits where they bind, damping where there is any, nothing for the closed form itself; as a table."""
+    held = scenario(JointVelocityLimit(velocity=0.8))
+    comparison = compared(held, *map(resolver, ["pinv", "dls", "hqp/daqp", "active-set"]))
+    tallies = comparison.tallies
+    assert tallies["pinv"].causes == {}
+    assert tallies["dls"].causes == {"damping": 200}
+    for name in ("hqp/daqp", "active-set"):
+        assert set(tallies[name].causes) == {"limit"}
+        assert tallies[name].causes["limit"] == 200 - len(tallies[name].twin_distances) > 0
+        assert tallies[name].accurate == tallies[name].judged == 200
+    console = Console(width=120, record=True, file=StringIO())
+    show(tallies.values(), console, comparison.reference)
+    text = console.export_text()
+    assert "apart from the closed form by" in text
+    assert max(map(len, text.splitlines())) <= 120
 
 
 def test_one_that_fails_does_not_stop_the_others() -> None:

@@ -25,6 +25,8 @@ from taskopt.solver.registry import solvers
 
 SIGMA = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 DAMPING = (0.0, 1e-3, 1e-1)  # k
+CELLS = len(SIGMA) * len(DAMPING)  # of one solver
+ROOMS = (10.0, 0.5)  # bounds relative to the largest velocity of the closed form: none binds, some bind
 _FLOOR = 1e-12  # what goes on the diagonal of undamped normal equations, so that they have one solution
 
 
@@ -117,10 +119,12 @@ def _error(x: Array, exact: Array) -> float:
     return distance if np.isfinite(distance) else np.inf
 
 
-def table(cells: Sequence[Cell], family: str, trials: int) -> Table:
+def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     """Solver and σ_min down, k across; at most 120 columns."""
+    trials = len(cells[0].raw)
+    binds = "bounds bind" if room < 1.0 else "nothing binds"
     out = Table(
-        title=f"relative error in q̇, largest of {trials}: {family}/<solver>, and the solver at its defaults",
+        title=f"{binds}: relative error in q̇, largest of {trials}, {family}/<solver> and the solver alone",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         padding=(0, 1, 0, 0),
@@ -149,12 +153,13 @@ def _number(value: float) -> str:
 
 
 def verdict(cells: Sequence[Cell]) -> str:
-    """The largest error that passes for solved, here and at the solvers' defaults."""
+    """The largest error that passes for solved, and what the columns mean."""
     worst = max(cells, key=lambda cell: cell.worst_unflagged)
     flagged = float(np.mean([flag for cell in cells for flag in cell.flagged]))
     return (
-        f"largest error of an answer that is not flagged: {worst.worst_unflagged:.1e} ({worst.solver}, "
-        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all. "
-        f"none: no answer. Flagged: the solver gave up, or its answer is further from its active set solved "
-        f"again than was asked for. Defaults: normal equations with k², or {_FLOOR:g} where k = 0, on the diagonal."
+        f"largest error that is not flagged: {worst.worst_unflagged:.1e} ({worst.solver}, "
+        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all.\n"
+        "raw: the solver's own answer; polished: its active set solved again; flagged: it gave up, or "
+        "these two are further apart than was asked for; own defaults: normal equations, "
+        f"k² or {_FLOOR:g} on the diagonal; none: no answer."
     )

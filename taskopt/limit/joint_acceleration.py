@@ -107,7 +107,7 @@ def narrow_by_acceleration(program, q, memory, bounds, index):
 
 @kernel
 def _side(v, step, fastest, room, brake):
-    """The upper bound of v⁺ with `room` = (q_max − q)/Δt, and what sets it: acceleration, position or speed."""
+    """The upper bound of v⁺ with `room` = (q_max − q)/Δt, and what sets it: acceleration, position, speed."""
     bound, why = fastest, 2
     stopping = room
     if room < np.inf:

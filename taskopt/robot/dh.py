@@ -21,8 +21,7 @@ from taskopt.robot.parts import Parts
 class DHRow:
     """A_i = Rz(ϑ) Tz(d) Tx(a) Rx(α), the classic convention (2.52); lengths [m], angles [rad].
 
-    The joint adds its coordinate to ϑ if revolute, to d if prismatic. Limits of its position and its
-    speed default to none.
+    The joint adds its coordinate to ϑ if revolute, to d if prismatic. Limits default to none.
     """
 
     a: float
@@ -46,10 +45,7 @@ class DHRow:
 
     @property
     def constant(self) -> Array:
-        """A_i (4, 4) where the joint's coordinate is zero.
-
-        Rz and Tz commute with either joint, so the joint may come first and this after it.
-        """
+        """A_i (4, 4) at coordinate zero; Rz and Tz commute with either joint, so the joint may come first."""
         ct, st, ca, sa = np.cos(self.theta), np.sin(self.theta), np.cos(self.alpha), np.sin(self.alpha)
         return np.array(
             [
@@ -76,8 +72,7 @@ def build_dh(
     radius = positive("radius", radius)
     model, shapes = pin.Model(), pin.GeometryModel()
     model.name = name
-    placement = np.eye(4) if base is None else checked_pose("base", base)
-    joint = 0
+    joint, placement = 0, np.eye(4) if base is None else checked_pose("base", base)
     for i, row in enumerate(rows, start=1):
         joint = _add_joint(model, joint, placement, f"joint{i}", row)
         placement = row.constant

@@ -96,6 +96,8 @@ class Statement:
             except cp.error.SolverError:
                 return self._nothing(Status.FAILED, 0)
         status = _STATUS.get(self.problem.status, Status.FAILED)
+        if engine == "clarabel" and self.problem.status == cp.OPTIMAL_INACCURATE:
+            status = Status.SOLVED  # to the reduced tolerances, which are ours
         iterations = int(self.problem.solver_stats.num_iters or 0)
         if self.x.value is None or (self._kept is not None and self._kept.dual_value is None):
             return self._nothing(status if status is not Status.SOLVED else Status.FAILED, iterations)

@@ -29,21 +29,13 @@ _INFINITY = {"piqp": 1e30}  # PIQP mistakes inf for a number
 
 def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     """Solve with the solver that qpsolvers calls `name`; infeasible and given up look the same to it."""
-    try:
-        import qpsolvers
-    except ImportError as error:
-        raise NotInstalled("qpsolvers", "qpsolvers") from error
-    problem, (equal, above, below) = _translate(qp, name)
+    package = _package()
+    problem, (equal, above, below) = _translate(package, qp, name)
     options: dict[str, Any] = dict.fromkeys(_OPTIONS.get(name, ()), max(accuracy, 1e-10))
-    options |= _EXTRA.get(name, {})
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the status says it
-        try:
-            found = qpsolvers.solve_problem(problem, name, **options)
-        except qpsolvers.QPError:  # some raise where others return nothing
-            return _nothing(qp)
-    if not found.found or found.x is None:
-        return _nothing(qp)
+    found = _found(package, problem, name, options | _EXTRA.get(name, {}))
+    if found is None:
+        x = np.full(qp.n, np.nan)
+        return Solution(x, np.full(len(qp.C), np.nan), x, Status.FAILED)
     y = np.zeros(len(qp.C))
     if found.z is not None and len(above) + len(below):
         y[above] += found.z[: len(above)]
@@ -55,40 +47,44 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
 
 
 def solve_at_defaults(name: str, H: Array, g: Array, lower: Array, upper: Array) -> Array:
-    """x (n,) of min ½ xᵀ H x + gᵀ x inside a box, as qpsolvers solves it if it is told no more; NaN for none."""
+    """x (n,) of min ½ xᵀ H x + gᵀ x inside a box, as qpsolvers solves it if told no more; NaN for none."""
+    package = _package()
+    form = np.asarray if name in package.dense_solvers else compressed
+    limit = {"time_limit": _EXTRA["highs"]["time_limit"]} if name == "highs" else {}
+    found = _found(package, package.Problem(form(H), g, lb=lower, ub=upper), name, limit)
+    return np.full(len(g), np.nan) if found is None else np.asarray(found.x)
+
+
+def _package() -> Any:
     try:
         import qpsolvers
     except ImportError as error:
         raise NotInstalled("qpsolvers", "qpsolvers") from error
-    problem = qpsolvers.Problem(H, g, lb=lower, ub=upper)
-    if name in qpsolvers.sparse_solvers and name not in qpsolvers.dense_solvers:
-        problem = qpsolvers.Problem(compressed(H), g, lb=lower, ub=upper)
-    limit = {"time_limit": _EXTRA["highs"]["time_limit"]} if name == "highs" else {}
+    return qpsolvers
+
+
+def _found(package: Any, problem: Any, name: str, options: dict[str, Any]) -> Any:
+    """What the solver finds, or None."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # the status says it
         try:
-            found = qpsolvers.solve_problem(problem, name, **limit)
-        except qpsolvers.QPError:
-            return np.full(len(g), np.nan)
-    return np.full(len(g), np.nan) if not found.found or found.x is None else np.asarray(found.x)
+            found = package.solve_problem(problem, name, **options)
+        except package.QPError:  # some raise where others return nothing
+            return None
+    return found if found.found and found.x is not None else None
 
 
-def _nothing(qp: QuadraticProgram) -> Solution:
-    x = np.full(qp.n, np.nan)
-    return Solution(x, np.full(len(qp.C), np.nan), x, Status.FAILED)
-
-
-def _translate(qp: QuadraticProgram, name: str) -> tuple[Any, tuple[IntArray, IntArray, IntArray]]:
+def _translate(
+    package: Any, qp: QuadraticProgram, name: str
+) -> tuple[Any, tuple[IntArray, IntArray, IntArray]]:
     """One-sided rows, and which of ours became equalities, upper and lower ones."""
-    import qpsolvers
-
     equal = np.flatnonzero(qp.equality)
     above = np.flatnonzero((qp.upper < np.inf) & ~qp.equality)
     below = np.flatnonzero((qp.lower > -np.inf) & ~qp.equality)
     G, A = np.vstack([qp.C[above], -qp.C[below]]), qp.C[equal]
-    form = np.asarray if name in qpsolvers.dense_solvers else compressed
+    form = np.asarray if name in package.dense_solvers else compressed
     free = _INFINITY.get(name, np.inf)
-    problem = qpsolvers.Problem(
+    problem = package.Problem(
         form(qp.H),
         qp.g,
         form(G) if len(G) else None,

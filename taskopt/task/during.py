@@ -32,7 +32,7 @@ _KAPPA = math.log(1.0 + _SHARE)
 
 @dataclass(frozen=True, eq=False)
 class During:
-    """A task in force from `begin` to `end` [s]; it comes in the `blend` seconds after `begin`, goes after `end`.
+    """A task in force from `begin` to `end` [s]; it comes in `blend` seconds after `begin`, goes after `end`.
 
     Insert a task with `begin`, remove it with `end`, move it to another level by having it at both with the
     `end` of one the `begin` of the other. Its references are anchored where it begins. `reach`: the width

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, bound, finite, positive
+from taskopt.arrays import Array, IntArray, bound, finite, positive
 from taskopt.axes import ROW_NAMES, ROW_UNITS
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
@@ -57,7 +57,8 @@ class BoxTask:
         weight = weights(self.weight, 3)
         rows = np.flatnonzero(np.isfinite(sides).any(axis=0) & (weight > 0.0))
         robot.frame_id(self.frame)
-        return BoundBox(robot, name, self.frame, rows, sides[:, rows], gains(self.gain, 3)[rows], weight[rows])
+        gain = gains(self.gain, 3)[rows]
+        return BoundBox(robot, name, self.frame, rows, sides[:, rows], gain, weight[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,7 @@ class BoundBox:
     constant = False
 
     def __init__(
-        self, robot: Robot, name: str, frame: str, rows: Array, sides: Array, gain: Array, weight: Array
+        self, robot: Robot, name: str, frame: str, rows: IntArray, sides: Array, gain: Array, weight: Array
     ) -> None:
         self.name, self._frame, self._rows, self._sides = name, frame, rows, sides
         self.row_names = tuple(ROW_NAMES[i] for i in rows)

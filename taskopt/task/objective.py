@@ -49,9 +49,9 @@ class BoundObjective:
 
     frame = target = actual = None
     constant = False
-    row_names = ("at least",)
-    row_units = ("1/s",)
-    column = (-1,)
+    row_names: tuple[str, ...] = ("at least",)
+    row_units: tuple[str, ...] = ("1/s",)
+    column: tuple[int, ...] = (-1,)
 
     def __init__(self, name: str, declared: ObjectiveTask) -> None:
         self.name = name

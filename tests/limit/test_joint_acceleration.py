@@ -42,7 +42,7 @@ def chosen(rng, bounds, habit):
 
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2, 0.1])
 def test_ten_thousand_random_sequences_stay_inside_and_always_have_a_choice(dt):
-    """From rest, whatever is chosen within the bounds, 200 steps: never empty, outside, too fast, too hard."""
+    """From rest, whatever is chosen within bounds, 200 steps: never empty, outside, too fast, too hard."""
     rng, q, a, fastest, low, high = random_joints(int(1e4 * dt))
     habit, v = rng.integers(0, 4, MANY), np.zeros(MANY)
     for _ in range(200):

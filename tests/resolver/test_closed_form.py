@@ -5,33 +5,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.multipliers import certify_velocity
 from taskopt.problem.resolution import Status
 from taskopt.resolver.closed_form import (
     damped_inverse,
+    gradient_motion,
+    in_range,
+    internal_motion,
     level_ratio,
     null_space_motion,
     null_space_projector,
     pseudo_inverse,
+    square_inverse,
     task_priority,
     weighted_least_squares,
     weighted_pseudo_inverse,
 )
 from taskopt.resolver.damping import NONE, ConstantDamping
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
-from tests.oracles import random_hierarchy
+from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.registry import resolver
+from tests.oracles import lexicographic_optimum, random_hierarchy
+from tests.spectrum import jacobian, with_singular_values
 
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def jacobian(seed: int, smallest: float = 0.1) -> Array:
-    """(6, 7) with singular values from 1 down to `smallest`."""
-    rng = np.random.default_rng(seed)
-    U, V = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (6, 7))
-    return U @ np.diag(np.geomspace(1.0, smallest, 6)) @ V[:6]
 
 
 @given(SEEDS)
@@ -70,6 +69,90 @@ def test_internal_motion_does_not_move_the_hand(seed: int) -> None:
     v = J @ rng.normal(size=7)
     assert np.abs(J @ null_space_projector(J)).max() < 1e-14
     np.testing.assert_allclose(J @ null_space_motion(J, v, rng.normal(size=7)), v, atol=1e-9)
+
+
+@given(SEEDS, st.floats(1e-6, 1.0))
+def test_the_square_inverse_is_the_only_motion_there_is(seed: int, smallest: float) -> None:
+    """q̇ = J⁻¹ v (3.47): J q̇ = v to rounding, and the pseudo-inverse and the QP say the same."""
+    J = with_singular_values(seed, np.geomspace(1.0, smallest, 7))
+    v = np.random.default_rng(seed).normal(size=7)
+    x = square_inverse(J, v)
+    np.testing.assert_allclose(J @ x, v, atol=1e-13 * np.abs(x).max() + 1e-12)
+    for other in (pseudo_inverse(J) @ v, HierarchicalQP("daqp")(Hierarchy([Level(J, v)]))[0].x):
+        np.testing.assert_allclose(x, other, rtol=0.0, atol=1e-14 / smallest * np.abs(x).max() + 1e-12)
+
+
+def test_the_square_inverse_refuses_what_has_none() -> None:
+    """Neither square nor of full rank: the message says what to take."""
+    with pytest.raises(InvalidValue, match="must be square, got 6×7; take pseudo_inverse"):
+        square_inverse(jacobian(0), np.ones(6))
+    J = with_singular_values(0, np.array([1.0, 1.0, 1.0, 0.5, 0.5, 0.1, 0.0]))
+    with pytest.raises(InvalidValue, match="rank 6 of 7"):
+        square_inverse(J, np.ones(7))
+
+
+@given(SEEDS)
+def test_any_motion_of_the_null_space_is_an_internal_motion(seed: int) -> None:
+    """(3.46) with v = 0 and arbitrary q̇₀: J q̇ = 0, and P is a projector, P² = P = Pᵀ."""
+    J, v0 = jacobian(seed, smallest=1e-4), np.random.default_rng(seed).normal(size=7)
+    x, P = internal_motion(J, v0), null_space_projector(J)
+    assert np.abs(J @ x).max() < 1e-13
+    assert np.abs(x).max() > 1e-3
+    np.testing.assert_allclose(P @ P, P, atol=1e-14)
+    np.testing.assert_allclose(P, P.T, atol=1e-15)
+    level = Hierarchy([Level(J, np.zeros(6)), Level(np.eye(7), v0)])
+    np.testing.assert_allclose(HierarchicalQP("daqp")(level)[0].x, x, atol=1e-12)
+
+
+@given(SEEDS)
+def test_the_gradient_is_climbed_with_what_the_task_leaves(seed: int) -> None:
+    """(3.55): wᵀ q̇ grows by k₀ ‖P ∇w‖², whatever the task; the hierarchy with k₀ ∇w below says the same."""
+    J, rng = jacobian(seed), np.random.default_rng(seed)
+    v, gradient, k0 = rng.normal(size=6), rng.normal(size=7), rng.uniform(0.1, 50.0)
+    x = gradient_motion(J, v, gradient, k0)
+    climbed = gradient @ (x - pseudo_inverse(J) @ v)
+    np.testing.assert_allclose(
+        climbed, k0 * np.linalg.norm(null_space_projector(J) @ gradient) ** 2, rtol=1e-9
+    )
+    both = Hierarchy([Level(J, v), Level(np.eye(7), k0 * gradient)])
+    np.testing.assert_allclose(HierarchicalQP("quadprog")(both)[0].x, x, atol=1e-11 * np.abs(x).max())
+
+
+@pytest.mark.parametrize("name", ["hqp/daqp", "hqp/clarabel", "hqp/proxqp", "hqp/quadprog", "active-set"])
+def test_at_a_singularity_v_in_the_range_is_followed_and_v_outside_in_least_squares(name: str) -> None:
+    """Sect. 3.5.2: J q̇ = v where v ∈ R(J); else the residual is normal to R(J), and QP and formula agree."""
+    for seed in range(5):
+        J = with_singular_values(seed, np.array([1.0, 0.8, 0.5, 0.3, 0.1, 0.0]))
+        rng = np.random.default_rng(seed)
+        inside, outside = J @ rng.normal(size=7), rng.normal(size=6)
+        assert in_range(J, inside)
+        assert not in_range(J, outside)
+        for v in (inside, outside):
+            x = resolver(name)(Hierarchy([Level(J, v)]))[0].x
+            np.testing.assert_allclose(x, pseudo_inverse(J) @ v, atol=1e-11)
+            assert np.abs(J.T @ (J @ x - v)).max() < 1e-11
+        np.testing.assert_allclose(J @ (pseudo_inverse(J) @ inside), inside, atol=1e-12)
+
+
+@given(SEEDS)
+def test_a_weighted_norm_is_the_norm_of_the_stack(seed: int) -> None:
+    """(3.50) for any positive definite W: least q̇ᵀ W q̇ with J q̇ = v, by formula and by QP."""
+    J, rng = jacobian(seed), np.random.default_rng(seed)
+    L = rng.normal(size=(7, 7)) + 3.0 * np.eye(7)
+    v = rng.normal(size=6)
+    for W in (L.T @ L, rng.uniform(0.1, 10.0, 7)):
+        x = HierarchicalQP("daqp")(Hierarchy([Level(J, v)], norm=W))[0].x
+        np.testing.assert_allclose(
+            x, weighted_pseudo_inverse(J, W) @ v, rtol=0.0, atol=1e-10 * np.abs(x).max()
+        )
+
+
+def test_where_nothing_is_an_inequality_the_recursion_is_the_exact_optimum() -> None:
+    """Against rational arithmetic, with rank loss and conflicts."""
+    for seed in range(40):
+        drawn = [level for level in random_hierarchy(seed).levels if np.isfinite(level.upper).all()]
+        equal = Hierarchy([Level(level.A, level.upper, weight=level.weight) for level in drawn])
+        np.testing.assert_allclose(task_priority(equal), lexicographic_optimum(equal), atol=1e-10)
 
 
 @given(SEEDS)

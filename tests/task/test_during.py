@@ -17,6 +17,7 @@ Q = generic_q(robot("panda"), 3)
 HOME = Configuration(robot("panda"), Q).pose("panda_hand")
 FAR = FrameTask("panda_hand", reference=HOME[:3, 3] + [0.3, 0.2, -0.2], gain=2.0, axes="xyz", expressed="world")
 BOX = BoxTask("panda_hand", HOME[:3, 3] - 0.01, HOME[:3, 3] + 0.01, gain=2.0)
+FIRST = JointTask([0.5], joints=["panda_joint1"])
 REST = JointTask(generic_q(robot("panda"), 4), gain=1.0)
 
 
@@ -36,7 +37,7 @@ def cases(blend):
     early, late = {"end": 0.3, "blend": blend}, {"begin": 0.3, "blend": blend}
     return {
         "insert above": [[During(FAR, **late)], [REST]],
-        "insert below": [[PositionTask("panda_link4")], [During(FAR, **late)], [REST]],
+        "insert below": [[FIRST], [During(FAR, **late)], [REST]],
         "remove": [[During(FAR, **early)], [REST]],
         "inequality": [[During(BOX, **late)], [FAR], [REST]],
         "swap": [[During(FAR, **early)], [REST], [During(FAR, **late)]],
@@ -57,9 +58,9 @@ def test_blended_transitions_are_lipschitz_in_time_and_switched_ones_are_not(cas
 @pytest.mark.parametrize("case", cases(0.4))
 def test_before_and_after_it_is_the_stack_without_and_with_the_task(case):
     """The velocities at both ends are those of the stacks that are meant."""
-    without = {"insert above": [[REST]], "insert below": [[PositionTask("panda_link4")], [REST]],
+    without = {"insert above": [[REST]], "insert below": [[FIRST], [REST]],
                "remove": [[FAR], [REST]], "inequality": [[FAR], [REST]], "swap": [[FAR], [REST]]}  # fmt: skip
-    with_it = {"insert above": [[FAR], [REST]], "insert below": [[PositionTask("panda_link4")], [FAR], [REST]],
+    with_it = {"insert above": [[FAR], [REST]], "insert below": [[FIRST], [FAR], [REST]],
                "remove": [[REST]], "inequality": [[BOX], [FAR], [REST]], "swap": [[REST], [FAR]]}  # fmt: skip
     path = velocities(cases(0.4)[case], 1e-2)
     np.testing.assert_allclose(path[0], velocities(without[case], 1.0)[0], atol=1e-9)

@@ -154,7 +154,9 @@ def test_declarations_that_make_no_sense_are_refused(make, words):
         make()
 
 
-@pytest.mark.parametrize("task", [BoxTask("hand", np.zeros(3), np.ones(3)), GazeTask("hand", np.ones(3), 0.1)])
+@pytest.mark.parametrize(
+    "task", [BoxTask("hand", np.zeros(3), np.ones(3)), GazeTask("hand", np.ones(3), 0.1)]
+)
 def test_an_unknown_frame_is_refused(task):
     """When the task is bound."""
     with pytest.raises(UnknownName, match="panda_hand"):

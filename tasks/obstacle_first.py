@@ -1,0 +1,27 @@
+"""A circular object stands in the path of the tip; with priorities inverted the arm goes around it.
+
+Footnote 7 of Sect. 3.5.1: the distance (3.58) comes first, at least 2 cm for every link, and the path
+second. Where they conflict the path gives way, and the tip returns to it behind the object. With the two
+levels exchanged the tip goes through the object. Where both ask for the same direction, an algorithmic
+singularity, damping (3.59) of the path keeps the joints slow.
+"""
+
+import numpy as np
+
+from taskopt import DampingTask, Line, PositionTask, Scenario, Stack
+from taskopt.objective import ObstacleDistance
+from taskopt.robot import Sphere, planar_arm
+from taskopt.task import ObjectiveTask
+
+line = Line(by=(0.0, -0.8, 0.0), duration=3.0)  # [m], [s]
+away = ObstacleDistance([Sphere((1.05, 0.0, 0.0), 0.1, name="object")])
+clear = ObjectiveTask(away, at_least=0.02, gain=10.0, name="clear")
+path = PositionTask("tip", reference=line, gain=5.0, axes="xy", name="path")
+
+scenario = Scenario(
+    robot=planar_arm([0.5, 0.5, 0.3], radius=0.02),
+    q0=np.radians([65.0, -70.0, 10.0]),
+    stack=Stack(levels=[[clear], [path, DampingTask(weight=0.003)]]),
+    duration=4.0,
+    dt=1e-3,
+)

@@ -1,0 +1,31 @@
+"""The Panda changes what it does while it moves: tasks come, go, and change places without a jump.
+
+The hand draws a circle. From 1.5 s to 4 s it is also held upright, above the circle in priority; at 3 s
+the circle gives way to another point, which was second until then. Each change takes 0.3 s, in which every
+tick is one strict hierarchy as before and after.
+"""
+
+from taskopt import Circle, JointPositionLimit, JointTask, JointVelocityLimit, OrientationTask, PositionTask
+from taskopt import Robot, Scenario, Stack
+from taskopt.task import During
+
+hand = "panda_hand"
+circle = Circle(radius=0.1, period=2.0)  # [m], [s]
+draw = PositionTask(hand, name="circle", reference=circle, gain=10.0)  # [1/s]
+visit = PositionTask(hand, name="point", reference=(0.5, 0.2, 0.5), gain=3.0)  # [m]
+upright = OrientationTask(hand, name="upright", gain=10.0)
+
+scenario = Scenario(
+    robot=Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2")),
+    q0=[0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785],
+    stack=Stack(
+        levels=[
+            [During(upright, begin=1.5, end=4.0, blend=0.3)],
+            [During(draw, end=3.0, blend=0.3), During(visit, begin=3.0, blend=0.3)],
+            [JointTask()],
+        ],
+        limits=[JointPositionLimit(), JointVelocityLimit()],
+    ),
+    duration=5.0,
+    dt=2e-3,
+)

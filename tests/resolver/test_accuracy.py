@@ -1,0 +1,207 @@
+"""Accuracy is asked for in q̇: what solvers are asked, and that their raw answers are the closed form."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from taskopt.arrays import Array
+from taskopt.configuration import Configuration
+from taskopt.errors import InvalidValue
+from taskopt.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.problem.qp import QuadraticProgram, Solution
+from taskopt.problem.resolution import Status
+from taskopt.resolver.accuracy import solve_to
+from taskopt.resolver.closed_form import (
+    damped_inverse,
+    gradient_motion,
+    null_space_motion,
+    pseudo_inverse,
+    square_inverse,
+    weighted_pseudo_inverse,
+)
+from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.weighted_qp import WeightedQP
+from taskopt.robot import Robot, planar_arm
+from taskopt.robot.shapes import Sphere
+from taskopt.solver.registry import Solver, solvers
+from tests.spectrum import jacobian
+
+EXACT = ("daqp", "clarabel", "proxqp", "quadprog")
+OTHERS = tuple(row.name for row in solvers() if row.installed and row.name not in EXACT)
+FRAMES = {
+    "planar": ("tip",),
+    "ur5_robot": ("tool0",),
+    "panda": ("panda_hand",),
+    "baxter": ("left_gripper", "right_gripper"),
+}
+ROWS = {"planar": slice(0, 2), "ur5_robot": slice(0, 3), "panda": slice(0, 6), "baxter": slice(0, 6)}
+HELD = ("panda_finger", "head_pan", "l_gripper", "r_gripper")
+
+
+@cache
+def robot(name: str) -> Robot:
+    """Three, six, seven joints, and two arms of seven; fingers and head do not move."""
+    if name == "planar":
+        return planar_arm(lower=-3.0, upper=3.0, velocity=2.0, radius=0.02)
+    loaded = Robot.load(name)
+    return Robot.load(name, lock=tuple(joint for joint in loaded.joints if joint.startswith(HELD)))
+
+
+def objectives(name: str) -> list[Objective]:
+    """(3.56), (3.57), (3.58), one of the user's, and a sum."""
+    frame = FRAMES[name][0]
+    middle, wave = JointRange(), UserFunction(lambda at: float(np.sin(at.q).sum()), lambda at: np.cos(at.q))
+    manipulability = Manipulability(frame, "xy" if name == "planar" else "xyz rpy")
+    away = ObstacleDistance([Sphere([0.6, 0.3, 0.4], 0.1)], 0.01)
+    return [manipulability, middle, away, wave, 5.0 * middle + 0.1 * manipulability]
+
+
+def place(name: str, seed: int) -> tuple[Configuration, Array]:
+    """A random configuration inside the position limits, and the rows of its hands."""
+    of, rng = robot(name), np.random.default_rng(seed)
+    low, high = np.maximum(of.position_lower, -3.0), np.minimum(of.position_upper, 3.0)
+    at = Configuration(of, rng.uniform(low, high))
+    return at, np.vstack([at.jacobian(frame)[ROWS[name]] for frame in FRAMES[name]])
+
+
+def smallest(name: str, seed: int) -> float:
+    """σ_min of the rows."""
+    return float(np.linalg.svd(place(name, seed)[1], compute_uv=False)[-1])
+
+
+def cases(name: str, seed: int) -> list[tuple[Hierarchy, Array]]:
+    """Every objective as a hierarchy, beside its formula; bounds are there and do not bind."""
+    at, J = place(name, seed)
+    rng, (m, n) = np.random.default_rng(seed + 1), J.shape
+    v, v0 = rng.normal(size=m), rng.normal(size=n)
+    L = rng.normal(size=(n, n)) + 3.0 * np.eye(n)
+    k = 0.05
+    damped = np.concatenate([np.ones(m), np.full(n, k**2)])
+    told = [
+        ([Level(J, v)], None, pseudo_inverse(J) @ v),
+        ([Level(J, v)], L.T @ L, weighted_pseudo_inverse(J, L.T @ L) @ v),
+        ([Level(J, v)], np.diag(L) ** 2 + 0.1, weighted_pseudo_inverse(J, np.diag(L) ** 2 + 0.1) @ v),
+        ([Level(J, v), Level(np.eye(n), v0)], None, null_space_motion(J, v, v0)),
+        ([Level(J, np.zeros(m)), Level(np.eye(n), v0)], None, null_space_motion(J, np.zeros(m), v0)),
+        ([Level(np.vstack([J, np.eye(n)]), np.concatenate([v, np.zeros(n)]), weight=damped)], None,
+         damped_inverse(J, k) @ v),
+    ]  # fmt: skip
+    if m == n:
+        told.append(([Level(J, v)], None, square_inverse(J, v)))
+    for w in objectives(name):
+        slope = w.gradient(at)
+        told.append(([Level(J, v), Level(np.eye(n), 2.0 * slope)], None, gradient_motion(J, v, slope, 2.0)))
+    return [(Hierarchy(levels, inactive(x), norm=norm), x) for levels, norm, x in told]
+
+
+def inactive(x: Array) -> tuple[Array, Array]:
+    """Bounds ten times as far as the largest velocity."""
+    far = np.full(len(x), 10.0 * np.abs(x).max() + 1.0)
+    return -far, far
+
+
+def apart(x: Array, exact: Array) -> float:
+    """Relative to the largest entry, or to 1e-6 where that is less."""
+    return float(np.abs(x - exact).max() / max(1e-6, np.abs(exact).max()))
+
+
+@pytest.mark.parametrize("name", FRAMES)
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 2**31))
+def test_raw_answers_are_the_closed_form(name: str, seed: int) -> None:
+    """Where no row binds and σ_min ≥ 1e-3: to 1e-9 in q̇ for every objective, and none is flagged."""
+    assume(smallest(name, seed) >= 1e-3)
+    for hierarchy, exact in cases(name, seed):
+        for solver in EXACT:
+            resolution, _ = HierarchicalQP(solver)(hierarchy)
+            assert apart(resolution.x, exact) <= 1e-9, solver
+            assert resolution.solved
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FRAMES)
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**31))
+def test_raw_answers_are_the_closed_form_often(name: str, seed: int) -> None:
+    """The same over more configurations, and one weighted QP against its own closed form."""
+    assume(smallest(name, seed) >= 1e-3)
+    for hierarchy, exact in cases(name, seed):
+        for solver in EXACT:
+            assert apart(HierarchicalQP(solver)(hierarchy)[0].x, exact) <= 1e-9, solver
+            weighted = WeightedQP(solver)
+            assert apart(weighted(hierarchy)[0].x, weighted.twin(hierarchy)) <= 1e-9, solver
+
+
+@pytest.mark.parametrize("solver", OTHERS)
+def test_every_other_solver_agrees_or_is_flagged(solver: str) -> None:
+    """No answer passes for solved that is further from the closed form than was asked for."""
+    for name in FRAMES:
+        for hierarchy, exact in cases(name, 1):
+            resolution, _ = HierarchicalQP(solver)(hierarchy)
+            assert not resolution.solved or apart(resolution.x, exact) <= 1.1e-8
+
+
+@pytest.mark.parametrize("solver", EXACT)
+@pytest.mark.parametrize("size", [1e-5, 1.0, 1e5])
+def test_accuracy_is_relative_to_the_velocity(solver: str, size: float) -> None:
+    """The same problem in other units has the same relative error: programs are solved at unit size."""
+    J, rng = jacobian(2, 1e-2), np.random.default_rng(2)
+    v, v0 = size * rng.normal(size=6), size * rng.normal(size=7)
+    exact = null_space_motion(J, v, v0)
+    hierarchy = Hierarchy([Level(J, v), Level(np.eye(7), v0)], inactive(exact))
+    assert apart(HierarchicalQP(solver)(hierarchy)[0].x, exact) <= 1e-9
+
+
+@pytest.mark.parametrize("smallest", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("solver", EXACT)
+def test_a_level_that_bounds_forbid_is_right_near_a_singularity_too(solver: str, smallest: float) -> None:
+    """Half the velocity that the closed form wants: least squares inside bounds, as the active set has it."""
+    for seed in range(5):
+        J, v = jacobian(seed, smallest), np.random.default_rng(seed).normal(size=6)
+        far = np.full(7, 0.5 * np.abs(pseudo_inverse(J) @ v).max())
+        resolution, _ = HierarchicalQP(solver)(Hierarchy([Level(J, v)], (-far, far)))
+        assert resolution.solved
+        assert resolution.certified()
+        assert resolution.active
+
+
+def test_a_tighter_accuracy_asks_the_solver_for_less_residual() -> None:
+    """Tolerance follows accuracy and λ_min(H), and sizes come out as they went in."""
+    asked = []
+
+    class Spy:
+        def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
+            asked.append((accuracy, np.abs(qp.g).max()))
+            return Solution(-qp.g / np.diag(qp.H), np.empty(0), np.zeros(qp.n), Status.SOLVED)
+
+    spy: Solver = Spy()  # type: ignore[assignment]
+    for H, accuracy in ((1.0, 1e-8), (1.0, 1e-6), (0.01, 1e-6)):
+        qp = QuadraticProgram.checked(H * np.eye(2), [300.0, -40.0])
+        np.testing.assert_allclose(solve_to(spy, accuracy)(qp).x, [-300.0 / H, 40.0 / H], rtol=1e-15)
+    (first, size), (second, _), (third, _) = asked
+    assert size == 1.0
+    assert second == pytest.approx(100.0 * first)
+    assert third == pytest.approx(0.01 * second)
+
+
+def test_what_misses_the_accuracy_is_never_solved() -> None:
+    """HiGHS stops at 1e-7 and claims an optimum: for 1e-5 it is solved, for 1e-8 it is not, and says so."""
+    J, v = jacobian(0), np.random.default_rng(0).normal(size=6)
+    far = np.full(7, 0.5 * np.abs(pseudo_inverse(J) @ v).max())
+    for accuracy, solved in ((1e-5, True), (1e-8, False)):
+        resolution, _ = HierarchicalQP("highs", accuracy)(Hierarchy([Level(J, v)], (-far, far)))
+        assert resolution.claimed
+        assert resolution.solved is solved
+        assert ("Not accurate" in resolution.explain()) is not solved
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1e-8, 1e-14, 1.0, np.nan])
+def test_an_accuracy_that_cannot_be_had_is_refused(wrong: float) -> None:
+    """It must be above rounding, and a number."""
+    for resolver in (HierarchicalQP, WeightedQP):
+        with pytest.raises(InvalidValue, match="accuracy"):
+            resolver("daqp", accuracy=wrong)
