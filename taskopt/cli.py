@@ -130,7 +130,10 @@ def accuracy(
     family: Annotated[str, typer.Option(help="hqp or wqp: how the solvers are asked.")] = "hqp",
     trials: Annotated[int, typer.Option(min=1, help="Problems a cell.")] = 20,
 ) -> None:
-    """How right q̇ is near a singularity: σ_min × damping × solver, bounds that bind and that do not."""
+    """How right q̇ is near a singularity.
+
+    σ_min × damping × solver, with bounds that bind and without.
+    """
     from rich.console import Console
     from rich.progress import track
 
@@ -144,6 +147,42 @@ def accuracy(
         kept = [*track(cells, family, total, console=behind, transient=True, disable=hidden)]
         console.print(table(kept, family, room))
         console.print(verdict(kept), highlight=False, markup=False)
+
+
+@bench.command()
+def fuzz(
+    ticks: Annotated[int, typer.Option(min=1, help="Ticks in all, on four robots.")] = 100_000,
+    resolver: Annotated[str, typer.Option("-r", "--resolver", help="See `taskopt list`.")] = "active-set",
+    seed: Annotated[int, typer.Option(help="Another seed, other stacks.")] = 0,
+    keep: Annotated[Path | None, typer.Option(metavar="DIR", help="Save what fails, to be resolved again.")] = None,
+) -> None:
+    """Random ticks of random stacks: every answer is proven, or reported as failed."""
+    from rich.console import Console
+    from rich.progress import track
+
+    from taskopt.bench.fuzz import FRAMES, table
+    from taskopt.bench.fuzz import fuzz as ticks_of
+    from taskopt.report import terminal
+
+    behind, each = Console(stderr=True), max(ticks // len(FRAMES), 1)
+    tallies = []
+    for name in FRAMES:
+        hidden = not behind.is_terminal
+        steps = track(ticks_of(name, each, seed, resolver, keep), name, each, behind, transient=True, disable=hidden)
+        tallies += [*steps][-1:]
+    terminal().print(table(tallies))
+    if not all(tally.clean for tally in tallies):
+        raise typer.Exit(1)
+
+
+@bench.command()
+def strictness(cases: Annotated[int, typer.Option(min=1, help="Cases that count.")] = 1000) -> None:
+    """What strict levels are worth beside weights and a projected cost, when limits bind."""
+    from taskopt.bench.strictness import measure, table
+    from taskopt.report import terminal
+
+    *_, ways = measure(cases)
+    terminal().print(table(ways))
 
 
 @app.command()

@@ -105,16 +105,31 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
     (tmp_path / "tasks" / "mine.py").touch()
     done = taskopt("list")
     assert done.code == 0, done.stderr
-    assert all(word in done.stdout for word in ["panda", "proxqp", "active-set", "tasks/mine.py"])
+    assert all(
+        word in done.stdout for word in ["panda", "proxqp", "active-set", "dls/chiaverini", "tasks/mine.py"]
+    )
 
 
-@pytest.mark.parametrize("words", [[], ["run"], ["compare"], ["view"], ["list"]])
+@pytest.mark.parametrize(
+    "words", [[], ["run"], ["compare"], ["view"], ["list"], ["bench"], ["bench", "accuracy"]]
+)
 def test_help_says_what_there_is(words: list[str], taskopt: Command) -> None:
     """--help answers for every command, and no sentence of it is cut off."""
     done = taskopt(*words, "--help")
     assert done.code == 0
     assert "Usage:" in done.stdout
     assert "..." not in done.stdout.replace("COMMAND [ARGS]...", "")
+
+
+def test_the_accuracy_benchmark_prints_a_table_with_and_without_bounds_that_bind(taskopt: Command) -> None:
+    """Only the solvers asked for, at most 120 columns, the largest unflagged error in words."""
+    done = taskopt("bench", "accuracy", "-s", "daqp", "--trials", "1")
+    assert done.code == 0, done.stderr
+    assert all(words in done.stdout for words in ["nothing binds", "bounds bind", "daqp"])
+    assert done.stdout.count("largest error that is not flagged") == 2
+    assert "clarabel" not in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= 120
+    assert "no resolver named 'hqp/dapq'" in taskopt("bench", "accuracy", "-s", "dapq").refusal
 
 
 def test_help_does_not_wait_for_the_libraries() -> None:

@@ -60,7 +60,7 @@ def test_a_weighted_norm_spares_the_joint_that_weighs_more() -> None:
 
 @pytest.mark.slow
 def test_the_least_norm_is_not_cyclic() -> None:
-    """After each turn of the circle the tip is back, and the arm in another posture (Fig. 3.19, upper left)."""
+    """After each turn of the circle the tip is back, and the arm in another posture (Fig. 3.19)."""
     q = path(steps(scenario("minimum_norm")))
     assert np.abs(q[2000] - q[0]).max() > 0.1
     assert np.abs(q[4000] - q[2000]).max() > 0.1
@@ -90,8 +90,7 @@ def test_the_gradient_of_joint_range_keeps_the_limits_of_fig_3_20() -> None:
     made = scenario("joint_range")
     lower, upper = made.robot.position_lower, made.robot.position_upper
     outside = [
-        np.maximum(lower - q, q - upper).max(axis=0)
-        for q in (path(steps(made)), path(steps(made, slice(1))))
+        np.maximum(lower - q, q - upper).max(axis=0) for q in (path(steps(made)), path(steps(made, slice(1))))
     ]
     assert outside[0].max() <= 1e-12
     np.testing.assert_allclose(outside[1][1:], [0.26, 0.55], atol=0.01)

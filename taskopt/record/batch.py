@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.problem.layout import Layout
-from taskopt.problem.review import Cause
+from taskopt.problem.review import Cause, LevelAccount
 from taskopt.run import Step
 
 Mask = NDArray[np.bool_]
@@ -91,6 +91,12 @@ class Batch:
         return np.array([step.resolution.accurate for step in self.steps])
 
     @cached_property
+    def levels(self) -> tuple[tuple[LevelAccount, ...], ...]:
+        """Ranks and damping of each answer, level by level, the hard rows first."""
+        reviews = (step.resolution.review for step in self.steps)
+        return tuple(() if review is None else review.levels for review in reviews)
+
+    @cached_property
     def causes(self) -> tuple[tuple[Cause, ...], ...]:
         """Why each answer is apart from its closed form; nothing where it is not."""
         reviews = (step.resolution.review for step in self.steps)
@@ -116,6 +122,19 @@ class Batch:
     def frame_tasks(self) -> tuple[str, ...]:
         """Tasks that have a desired and an actual pose."""
         return tuple(name for name in self.steps[0].targets if name in self.steps[0].actuals)
+
+    @cached_property
+    def distance_limits(self) -> tuple[str, ...]:
+        """Limits that keep distances."""
+        return tuple(self.steps[0].distances)
+
+    def distance(self, limit: str) -> Array:
+        """Distance of each pair of a limit, (k, P) [m]."""
+        return np.array([step.distances[limit].distance for step in self.steps])
+
+    def witness(self, limit: str) -> Array:
+        """Nearest points of each pair of a limit, (k, P, 2, 3) [m]."""
+        return np.array([step.distances[limit].witness for step in self.steps])
 
     def residual(self, task: str) -> Array:
         """‖A x − nearest point of [lower, upper]‖ of a task, (k,)."""

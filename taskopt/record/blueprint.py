@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from taskopt.record.card import CARD
+from taskopt.record.clearance import margin_line
 from taskopt.record.lanes import EVENTS
 from taskopt.record.palette import part, slug
 from taskopt.record.place import Place
@@ -47,9 +48,11 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[Any, float]]:
         yield _each(info, "Velocity in its limits", "v_normalised", "/scale/range"), 1.1
     else:
         yield _each(info, "Joint velocity [rad/s]", "v"), 1.1
+    if info.plan.distance_limits:
+        yield rrb.Tabs(*_distances(info), name="Distances"), 1.4
     if info.scenario.stack.limits or (limit_rows(info)[info.plan.layout.n :]).any():
         yield _each(info, "Multipliers", "multiplier"), 1.0
-        yield _lanes(info), 1.6
+        yield _lanes(info), 2.1 if info.plan.distance_limits else 1.6
     yield rrb.Tabs(*_proofs(info), name="Proof"), 0.8
     yield _plot("Solve time [µs]", [of(name, "timing") for name in info.resolvers]), 0.8
 
@@ -88,7 +91,7 @@ def _texts() -> Any:
     return rrb.Tabs(card, events, active_tab=0, name="About")
 
 
-def _plot(name: str, paths: list[str]) -> Any:
+def _plot(name: str, paths: list[str], axis: Any = None) -> Any:
     import rerun.blueprint as rrb
 
     return rrb.TimeSeriesView(
@@ -96,8 +99,23 @@ def _plot(name: str, paths: list[str]) -> Any:
         origin="/",
         contents=[f"+ {path}" for path in paths],
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=axis,
         plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.RightTop),
     )
+
+
+def _distances(info: RunInfo) -> list[Any]:
+    """A plot for each limit: its pairs by name, or the least distance of each of several resolvers."""
+    import rerun.blueprint as rrb
+
+    plots = []
+    for limit, bound in info.plan.distance_limits.items():
+        paths = [of(name, "least_distance", limit) for name in info.resolvers]
+        pairs = [of(info.resolvers[0], "distance", limit) + "/**"] if len(info.resolvers) == 1 else []
+        name = f"Distance: {limit.replace('_', ' ')} [m]"
+        axis = rrb.ScalarAxis(range=(-0.2 * bound.influence, 1.2 * bound.influence), zoom_lock=True)
+        plots.append(_plot(name, [*paths, margin_line(limit), *pairs], axis))
+    return plots
 
 
 def _each(info: RunInfo, name: str, key: str, *more: str) -> Any:

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from taskopt.record.batch import Batch
-from taskopt.record.palette import BROKEN, FREE, LOWER, UPPER, colours
+from taskopt.record.batch import Batch, Mask
+from taskopt.record.palette import BROKEN, FREE, LOWER, UPPER, colours, plain
 from taskopt.record.recorder import RunInfo
-from taskopt.record.series import limit_rows, of
+from taskopt.record.series import limit_rows, of, pair_rows
 from taskopt.record.stage import Stage
 from taskopt.record.violation import LimitGauge
 
@@ -19,7 +19,8 @@ _CAUSES = {  # limits have lanes of their own
     "damping": "damping keeps it apart from its closed form",
     "accuracy": "its accuracy is less than was asked for",
 }
-_OUTSIDE = 1e-9  # [rad] beyond which a limit counts as broken
+_PAIR = {"lower": "held off", "over lower": "too fast"}  # what the row of a distance says
+_OUTSIDE = 1e-9  # [rad], [m] beyond which a limit counts as broken
 
 
 class Lanes:
@@ -28,6 +29,7 @@ class Lanes:
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
         self._info, self._gauge = info, gauge
         self._rows = np.flatnonzero(limit_rows(info))
+        self._pairs = pair_rows(info)
         self._code: dict[str, Any] = {}
         self._opened: set[tuple[str, int]] = set()
         self._flags: dict[tuple[str, str], bool] = {}
@@ -59,7 +61,7 @@ class Lanes:
     def _lane(self, stage: Stage, batch: Batch, row: int, where: Any, code: Any) -> None:
         import rerun as rr
 
-        path = of(batch.resolver, "active", batch.row_names[row])
+        path = self._path(batch, row)
         if (batch.resolver, row) not in self._opened:
             self._opened.add((batch.resolver, row))
             stage.static(path, self._look(batch, row))
@@ -71,22 +73,28 @@ class Lanes:
         words = [_words(batch, row, int(c)) for c in code[where]]
         stage.columns(path, batch.index[where], batch.time[where], rr.StateChange.columns(state=words))
 
+    def _path(self, batch: Batch, row: int) -> str:
+        """Its title in the viewer too, so without signs that would have to be escaped."""
+        parts = (batch.row_names[row],) if row < batch.layout.n else batch.row_names[row].split("/", 1)
+        return of(batch.resolver, "active", *(plain(name) for name in parts))
+
     def _look(self, batch: Batch, row: int) -> Any:
         import rerun as rr
 
-        sides = {"upper": UPPER, "lower": LOWER}
+        sides = {"upper": UPPER, "lower": UPPER if row in self._pairs else LOWER}
         owners = batch.layout.owners if row < batch.layout.n else ("",)
         words = [(f"{owner} {side}".strip(), sides[side]) for owner in owners for side in sides]
         words += [(f"over {word}", BROKEN) for word, _ in words]
         words.append(("free", FREE))
         names = [word for word, _ in words]
-        labels = [_label(name) for name in names]
+        labels = [_PAIR.get(name, name) if row in self._pairs else _label(name) for name in names]
         return rr.StateConfiguration(values=names, labels=labels, colors=colours(*(c for _, c in words)))
 
     def _turns(self, batch: Batch) -> list[tuple[int, str, str]]:
         """Ticks at which a run leaves its limits or its proof, and at which it returns."""
         position, velocity = self._gauge.position_violation(batch), self._gauge.velocity_violation(batch)
         watched = {
+            **self._nearness(batch),
             "a joint is outside its position limits": ("WARN", position > _OUTSIDE),
             "a joint is over its velocity limit": ("WARN", velocity > _OUTSIDE),
         }
@@ -104,6 +112,15 @@ class Lanes:
                 (int(k), level if flag[k] else "DEBUG", what if flag[k] else f"over: {what}") for k in turns
             ]
         return events
+
+    def _nearness(self, batch: Batch) -> dict[str, tuple[str, Mask]]:
+        return {
+            f"nearer than the margin of {name}": (
+                "WARN",
+                batch.distance(name).min(axis=1) < limit.margin - _OUTSIDE,
+            )
+            for name, limit in self._info.plan.distance_limits.items()
+        }
 
     def _log(self, stage: Stage, batch: Batch, events: list[tuple[int, str, str]]) -> None:
         import rerun as rr

@@ -1,5 +1,6 @@
 """Names of entities, colours, and the place of each resolver in the scene."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ _JOINT = (
     0x7FE0D0FF, 0xBFC7D5FF, 0x8FA3FFFF, 0xA8D65CFF,
 )  # fmt: skip
 LIMIT_LINE = 0x9A9A9AFF
-TARGET, ERROR, ELLIPSOID = 0xF4F4F4FF, 0xFF3030FF, 0xF0C43C70
+TARGET, ERROR, ELLIPSOID = 0xF4F4F4FF, 0xFF3030FF, 0xF0C43C50
+OBSTACLE, NEAR = 0x8C7BA6B0, 0xE8E3D0FF
 LOWER, UPPER, BROKEN, FREE = 0x3D8BD9FF, 0xD24B4BFF, 0xE0A020FF, 0x2C313AFF
 
 
@@ -24,6 +26,11 @@ def part(name: str) -> str:
     import rerun as rr
 
     return rr.escape_entity_path_part(name)
+
+
+def plain(name: str) -> str:
+    """A name without signs that an entity path would have to escape: "panda_link5-left_ball"."""
+    return re.sub(r"[^\w.-]+", "_", name.replace(" – ", "-"))
 
 
 def resolver_colour(index: int) -> int:

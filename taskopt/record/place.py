@@ -1,5 +1,6 @@
 """Room in the scene: where each resolver's robot stands, and where the camera is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,11 +43,17 @@ class Place:
         return centre + 0.95 * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
 
 
-def place_for(parts: list[Array], count: int) -> Place:
-    """Room for a robot at the start and for the paths that its references take."""
+def place_for(parts: list[Array], count: int, around: Sequence[Array] = ()) -> Place:
+    """Room for a robot at the start, the paths that its references take, and the obstacles around.
+
+    A flat robot stays flat among solid obstacles: they are seen from above too.
+    """
     points = np.concatenate(parts)
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    span = upper - lower
+    span = points.max(axis=0) - points.min(axis=0)
     flat = bool(span[2] < 0.05 * span.max())
+    everything = np.concatenate([points, *around])
+    lower, upper = everything.min(axis=0), everything.max(axis=0)
+    if flat:
+        lower[2], upper[2] = points[:, 2].min(), points[:, 2].max()
     columns = count if count <= 3 else -(-count // 2)
     return Place(lower, upper, flat, columns)

@@ -39,14 +39,14 @@ class RobotDrawing:
         import rerun as rr
 
         for shape in self._shapes:
-            archetype = self._painted(shape, colour) if colour is not None else _own(shape)
-            if archetype is None:
+            drawn = self._painted(shape, colour) if colour is not None else archetype(shape)
+            if drawn is None:
                 continue
             pose = np.asarray(shape.placement.homogeneous)
-            scale = np.asarray(shape.meshScale).ravel() if isinstance(archetype, rr.Asset3D) else np.ones(3)
+            scale = np.asarray(shape.meshScale).ravel() if isinstance(drawn, rr.Asset3D) else np.ones(3)
             placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3] * scale)
             stage.static(
-                f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", archetype, placed
+                f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", drawn, placed
             )
 
     def move(self, stage: Stage, path: str, tick: IntArray, time: Any, q: Array) -> None:
@@ -85,7 +85,7 @@ class RobotDrawing:
         import rerun as rr
 
         if not type(shape.geometry).__name__.startswith("BVHModel"):
-            return _own(shape, tint(colour, 0.75))
+            return archetype(shape, tint(colour, 0.75))
         if shape.name not in self._meshes:
             self._meshes[shape.name] = _triangles(shape.geometry)
         vertices, triangles, normals = self._meshes[shape.name]
@@ -97,8 +97,8 @@ class RobotDrawing:
         )
 
 
-def _own(shape: Any, paint: int | None = None) -> Any:
-    """The archetype that draws a pin.GeometryObject in its own colour; None for a kind that has none."""
+def archetype(shape: Any, paint: int | None = None) -> Any:
+    """What draws a pin.GeometryObject, in its own colour unless painted; None for a kind that has none."""
     import rerun as rr
 
     form, kind = shape.geometry, type(shape.geometry).__name__

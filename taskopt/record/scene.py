@@ -8,6 +8,7 @@ from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
 from taskopt.pose import log3
 from taskopt.record.batch import Batch
+from taskopt.record.obstacle3d import corners, declared_obstacles
 from taskopt.record.palette import ELLIPSOID, ERROR, TARGET, colours, part, resolver_colour, slug
 from taskopt.record.place import place_for
 from taskopt.record.recorder import RunInfo
@@ -17,7 +18,7 @@ from taskopt.record.stage import Stage
 MOTION = 0.01  # [s] between two poses of the robot
 DETAIL = 0.04  # [s] between two segments of a path, two ellipsoids
 _SAMPLES = 240  # points of a desired path
-_ELLIPSOID = 0.14  # largest half-axis at the start, as a share of the robot's size
+_ELLIPSOID = 0.09  # largest half-axis at the start, as a share of the robot's size
 
 
 class Scene:
@@ -32,7 +33,9 @@ class Scene:
         self._tracked = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         self._last: dict[str, Array] = {}
         self._desired = _desired_paths(info)
-        self.place = place_for([self._robot.corners(q0), *self._desired.values()], len(info.resolvers))
+        around = [corners(obstacle) for obstacle in declared_obstacles(info)]
+        known = [self._robot.corners(q0), *self._desired.values()]
+        self.place = place_for(known, len(info.resolvers), around)
         self._scale = self._ellipsoid_scale()
 
     def draw(self, stage: Stage) -> None:

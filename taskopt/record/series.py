@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
 from taskopt.record.batch import Batch
 from taskopt.record.palette import LIMIT_LINE, colours, joint_colours, part, resolver_colour, short, slug
@@ -56,7 +56,7 @@ class Series:
             for key, joints in self._joints.items():
                 _lines(stage, of(name, key), list(joints), self._paint(joints))
             _lines(stage, of(name, "v"), list(robot.velocity_names), joint_colours(robot.nv))
-            limited = limit_names(self._info)
+            limited = [line for line, _ in priced_lines(self._info)]
             _lines(stage, of(name, "multiplier"), limited, joint_colours(len(limited)))
             for task in self._info.plan.tasks:
                 _lines(stage, of(name, "task", task.name, "error"), list(task.row_names), None)
@@ -89,7 +89,8 @@ class Series:
         plot(of(name, "v"), batch.v)
         plot(of(name, "q_normalised"), self._gauge.position_share(batch.q))
         plot(of(name, "v_normalised"), self._gauge.velocity_share(batch.v))
-        plot(of(name, "multiplier"), batch.price[:, limit_rows(self._info)])
+        lines = [_extreme(batch.price[:, rows]) for _, rows in priced_lines(self._info)]
+        plot(of(name, "multiplier"), np.column_stack(lines))
         for task in self._info.plan.tasks:
             error = batch.error(task.name)
             plot(of(name, "task", task.name, "error"), error)
@@ -142,11 +143,34 @@ def limit_rows(info: RunInfo) -> Any:
     return rows
 
 
-def limit_names(info: RunInfo) -> list[str]:
-    """Names of the rows of `limit_rows`."""
+def priced_lines(info: RunInfo) -> list[tuple[str, IntArray]]:
+    """Names of the lines in the plot of multipliers, and the rows (of n + M) that each stands for.
+
+    All pairs of a limit that keeps distances share one line, and come first.
+    """
+    layout, lines = info.plan.layout, dict[str, list[int]]()
+    pooled = pair_rows(info)
+    names = [*short(layout.unknowns), *layout.row_names]
+    lines |= {name: [] for name in pooled.values()}
+    for row in np.flatnonzero(limit_rows(info)).tolist():
+        lines.setdefault(pooled.get(row, names[row]), []).append(row)
+    return [(name, np.array(rows)) for name, rows in lines.items()]
+
+
+def pair_rows(info: RunInfo) -> dict[int, str]:
+    """The rows (of n + M) that hold a pair apart, with the name of their limit."""
     layout = info.plan.layout
-    names = np.array([*short(layout.unknowns), *layout.row_names])
-    return list(names[limit_rows(info)])
+    return {
+        layout.n + row: block.name
+        for block in layout.blocks
+        if block.level == 0 and block.name in info.plan.distance_limits
+        for row in range(block.start, block.stop)
+    }
+
+
+def _extreme(prices: Array) -> Array:
+    """(k,) of (k, m): the entry that is farthest from zero."""
+    return np.take_along_axis(prices, np.abs(prices).argmax(axis=1, keepdims=True), axis=1)[:, 0]
 
 
 def objective_terms(info: RunInfo) -> tuple[ObjectiveTerm, ...]:

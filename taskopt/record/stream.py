@@ -5,6 +5,7 @@ from pathlib import Path
 from taskopt.record.batch import Batch
 from taskopt.record.blueprint import blueprint
 from taskopt.record.card import CARD, Card
+from taskopt.record.clearance import Clearance
 from taskopt.record.lanes import Lanes
 from taskopt.record.manifest import manifest
 from taskopt.record.recorder import RunInfo
@@ -27,7 +28,8 @@ class StreamSink:
     def open(self, info: RunInfo) -> None:
         gauge = LimitGauge(info)
         self._card, self._scene = Card(info, gauge), Scene(info)
-        self._parts = (self._scene, Series(info, gauge), Lanes(info, gauge))
+        clearance = Clearance(info, self._scene.place)
+        self._parts = (self._scene, clearance, Series(info, gauge), Lanes(info, gauge))
         layout = blueprint(info, self._scene.place, gauge)
         self._stage = Stage(self.path, info.scenario.name or "run", layout, self._live)
         self._stage.properties("run", manifest(info))

@@ -23,10 +23,10 @@ FILE = "steps.arrows"
 class TableSink:
     """Writes batches to an Arrow IPC stream, unbuffered.
 
-    Columns: tick, t [s], resolver, status, claimed, certified, accurate, free (no row binds), q, q_next, v,
+    Columns: tick, t [s], resolver, status, claimed, certified, free (no row binds), q, q_next, v,
     error/<task>, residual/<task>, position_violation, velocity_violation, active (names),
     multiplier (one an active row), certificate, iterations, seconds, build_seconds, twin_distance,
-    causes (of that distance).
+    accurate, causes (of that distance), ranks and damping (k², one a level, the hard rows first).
     """
 
     def __init__(self, path: Path) -> None:
@@ -70,7 +70,6 @@ class TableSink:
             "status": pa.array([answer.status.name for answer in answers]),
             "claimed": pa.array(batch.claimed),
             "certified": pa.array(batch.certified),
-            "accurate": pa.array(batch.accurate),
             "free": pa.array([step.free for step in batch.steps]),
             "q": _lists(batch.q),
             "q_next": _lists(batch.q_next),
@@ -86,8 +85,21 @@ class TableSink:
             "seconds": pa.array(batch.seconds),
             "build_seconds": pa.array(batch.build_seconds),
             "twin_distance": pa.array(batch.twin_distance),
-            "causes": pa.array([list(map(str, causes)) for causes in batch.causes], pa.list_(pa.string())),
+            **_second_look(batch),
         }
+
+
+def _second_look(batch: Batch) -> dict[str, "pa.Array"]:
+    """How accurate the answers are, what was decided on the way, and why they are not the closed form."""
+    import pyarrow as pa
+
+    words, ranks, damping = pa.list_(pa.string()), pa.list_(pa.int64()), pa.list_(pa.float64())
+    return {
+        "accurate": pa.array(batch.accurate),
+        "causes": pa.array([list(map(str, tick)) for tick in batch.causes], words),
+        "ranks": pa.array([[level.rank for level in tick] for tick in batch.levels], ranks),
+        "damping": pa.array([[level.damping for level in tick] for tick in batch.levels], damping),
+    }
 
 
 def _lists(rows: Array) -> "pa.Array":

@@ -24,8 +24,7 @@ class LimitGauge:
         scenario = self.info.scenario
         at = Configuration(scenario.robot, scenario.start)
         bounds = np.repeat([[-np.inf], [np.inf], [0.0], [0.0]], scenario.robot.nv, axis=1)
-        for limit in scenario.stack.limits:
-            bound = limit.bind(scenario.robot, scenario.dt)
+        for bound in self.info.plan.limits:
             if isinstance(bound, BoundLimit) and bound.constant:
                 bound.narrow(at, bounds, 1)
         return bounds[:2]

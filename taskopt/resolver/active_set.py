@@ -16,11 +16,12 @@ from taskopt.problem.layout import Layout
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory
 from taskopt.resolver.cholesky import copy_into
-from taskopt.resolver.normal_tick import normal_tick
+from taskopt.resolver.normal_tick import ACCEPTED, AGAIN, REFUSED, normal_tick
 from taskopt.resolver.review import TickReview
 from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
+TRIES = 4  # of the closed form, each a bound of the box apart; a tick seldom changes more
 STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
 
 
@@ -80,9 +81,16 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     residuals = answer[n + (levels + 1) * width : stop].reshape((levels + 1, 4))
     copy_into(answer[stop:], buffer)
     code, rounds = 0, 0
-    if not shortcut or not normal_tick(
-        A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y
-    ):
+    verdict, trial = REFUSED, state.copy()
+    for _ in range(TRIES if shortcut else 0):
+        verdict = normal_tick(
+            A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, trial, x, y
+        )
+        if verdict != AGAIN:
+            break
+    if verdict == ACCEPTED:
+        copy_into(state, trial)
+    else:
         code, rounds = _general(
             A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y
         )

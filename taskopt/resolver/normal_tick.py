@@ -23,6 +23,7 @@ from taskopt.resolver.cholesky import cholesky, cholesky_solve, copy_into, dot_r
 
 COVERED = 1e-6  # a column with less of D than this, relative to the largest, counts as uncovered
 FEASIBLE = 1e-12  # violation, relative to max(1, |bound|), that counts as none
+ACCEPTED, AGAIN, REFUSED = 0, 1, 2
 SIGN = 1e-10  # multiplier, relative to the largest, that counts as zero
 
 
@@ -30,7 +31,9 @@ SIGN = 1e-10  # multiplier, relative to the largest, that counts as zero
 def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y):
     """Try the closed form with the active set `state` (n + M); fill x (n,) and y (levels + 1, n + M).
 
-    Returns whether the answer is accepted; if not, x and y hold nothing of value.
+    Returns ACCEPTED; or AGAIN, where one bound of the box in `state` was taken in or let go, so that
+    another try may succeed; or REFUSED. Unless accepted, x and y hold nothing of value. The optimum
+    is unique, so the order of tries cannot change an answer that is accepted.
     """
     n, rows, levels = x.size, lower.size, offsets.size - 2
     places, diagonal = np.empty(2 * n + rows, np.int64), np.empty(2 * n)
@@ -40,7 +43,7 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     soft = offsets[levels] if joint_rows else rows  # first row that may keep a residual
     m = _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen)
     if m < 0:
-        return False
+        return REFUSED
     u, thin = np.int64(0), 0.0  # for a literal 0, callees would be compiled once more
     for j in range(n):
         thin = max(thin, COVERED * D[j])
@@ -50,7 +53,7 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
             uncovered[u] = j
             u += 1
     if u > m:
-        return False
+        return REFUSED
     work = np.empty(m * (n + m + u + 2) + u * (u + 2))  # one allocation costs as much as a dozen sums
     MD, K = work[: m * n].reshape((m, n)), work[m * n : m * (n + m)].reshape((m, m))
     KN = work[m * (n + m) : m * (n + m + u)].reshape((u, m))
@@ -59,7 +62,7 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     G = work[m * (n + m + u + 2) : m * (n + m + u + 2) + u * u].reshape((u, u))
     move, share = work[work.size - 2 * u : work.size - u], work[work.size - u :]
     if not _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, KN, G):
-        return False
+        return REFUSED
     multiplier[:] = 0.0
     for _ in range(2):  # the second pass is the refinement
         for a in range(m):
@@ -87,7 +90,7 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     if joint_rows:
         _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, y[levels])
     price = y[levels - 1] if joint_rows else y[levels]
-    return _accepted(A, lower, upper, box_lower, box_upper, state, x, price, SIGN * largest)
+    return _judged(A, lower, upper, box_lower, box_upper, state, x, price, SIGN * largest)
 
 
 @kernel
@@ -202,27 +205,30 @@ def _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x,
 
 
 @kernel
-def _accepted(A, lower, upper, box_lower, box_upper, state, x, price, sign):
-    """No bound is crossed, no active one has the wrong sign; x is finite."""
+def _judged(A, lower, upper, box_lower, box_upper, state, x, price, sign):
+    """ACCEPTED if no bound is crossed and none has the wrong sign; else the worst of the box changes side."""
     n = x.size
+    worst, change, side = 0.0, -1, 0
     for j in range(n):
         if not np.isfinite(x[j]) or box_lower[j] > box_upper[j]:
-            return False
-        if state[j] > 0:
-            if price[j] < -sign and box_lower[j] < box_upper[j]:
-                return False
-        elif state[j] < 0:
-            if price[j] > sign and box_lower[j] < box_upper[j]:
-                return False
-        else:
-            allowed = FEASIBLE * max(1.0, abs(x[j]))
-            if x[j] > box_upper[j] + allowed or x[j] < box_lower[j] - allowed:
-                return False
-            x[j] = min(max(x[j], box_lower[j]), box_upper[j])
+            return REFUSED
+        if state[j] != 0:
+            wrong = -state[j] * price[j]
+            if change < 0 and wrong > sign and box_lower[j] < box_upper[j]:
+                change, side = j, 0
+            continue
+        over = max(x[j] - box_upper[j], box_lower[j] - x[j])
+        if over > max(worst, FEASIBLE * max(1.0, abs(x[j]))):
+            worst, change, side = over, j, 1 if x[j] > box_upper[j] else -1
+    if change >= 0:
+        state[change] = side
+        return AGAIN
     for i in range(lower.size):
         if lower[i] != upper[i]:
             value = dot_row(A, i, x, n)
             allowed = FEASIBLE * max(1.0, abs(value))
             if value > upper[i] + allowed or value < lower[i] - allowed:
-                return False
-    return True
+                return REFUSED
+    for j in range(n):
+        x[j] = min(max(x[j], box_lower[j]), box_upper[j])
+    return ACCEPTED

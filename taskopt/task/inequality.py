@@ -23,7 +23,8 @@ from taskopt.robot import Robot
 from taskopt.space import PoseSpace
 from taskopt.task.rows import gains, weights
 
-_BESIDE = 1e-9  # sine of an angle below which its axis of rotation is any
+_BESIDE = 1e-9  # sine of an angle below which its axis of rotation is any; [m] distance of no direction
+_NEAREST = 0.01  # [m] a target nearer than this turns as if it were here, or its angle would run away
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +180,11 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
         u[i] = pose[i, 0] * axis[0] + pose[i, 1] * axis[1] + pose[i, 2] * axis[2]
         d[i] = point[i, 3] - pose[i, 3]
         length += d[i] * d[i]
-    length = max(np.sqrt(length), 1e-9)  # nothing is seen from where it is
-    d /= length
+    length = np.sqrt(length)
+    if length < _BESIDE:
+        d[:] = u
+    else:
+        d /= length
     _cross(u, d, n)
     sine = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
     angle = np.arctan2(sine, u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
@@ -193,7 +197,7 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
         d[:] = u if angle < 1.0 else -u
     n /= sine
     _cross(n, d, across)
-    across /= length
+    across /= max(length, _NEAREST)
     rate = across[0] * twist[0] + across[1] * twist[1] + across[2] * twist[2]
     for k in range(row.size):
         row[k] = 0.0

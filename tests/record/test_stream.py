@@ -6,7 +6,7 @@ import pytest
 from taskopt.record import blueprint as layout
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import Gatherer
-from taskopt.record.series import compared, limit_names, of
+from taskopt.record.series import compared, of, priced_lines
 from taskopt.record.stream import StreamSink
 from tests.rrd import batches, entities, layout_words, rows_of
 
@@ -33,7 +33,7 @@ def test_errors_prices_and_distances_are_those_of_the_steps(folder, steps, info)
     )
     price = np.array(rows_of(file, of("active-set", "multiplier"))["scalars"])
     np.testing.assert_array_equal(price[:, :3], batch.price[:, :3])
-    assert limit_names(info) == ["joint1", "joint2", "joint3"]
+    assert [name for name, _ in priced_lines(info)] == ["joint1", "joint2", "joint3"]
     proof = np.ravel(rows_of(file, of("active-set", "certificate"))["scalars"])
     np.testing.assert_allclose(10**proof, np.maximum(batch.worst, 1e-17), rtol=1e-12)
     distance = np.ravel(rows_of(file, compared("active-set"))["scalars"])
@@ -97,7 +97,7 @@ def test_the_layout_shows_only_what_exists(folder, info, monkeypatch):
     """Every path that a plot asks for is an entity of the recording, or one that opens when it is needed."""
     asked: list[str] = []
     plain = layout._plot
-    monkeypatch.setattr(layout, "_plot", lambda name, paths: (asked.extend(paths), plain(name, paths))[1])
+    monkeypatch.setattr(layout, "_plot", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1])
     sink = StreamSink(folder / "unused.rrd")
     sink.open(info)
     sink.close("finished")

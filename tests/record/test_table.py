@@ -42,6 +42,9 @@ def test_the_table_is_the_run(folder, steps):
         assert row["certified"] == step.resolution.certified()
         assert row["free"] == step.free
         assert row["status"] == step.resolution.status.name
+        assert row["accurate"] == step.resolution.accurate
+        assert row["causes"] == [str(cause) for cause in step.resolution.review.causes]
+        assert row["ranks"] == [level.rank for level in step.resolution.review.levels]
         assert row["seconds"] == step.seconds
         assert len(row["active"]) == len(row["multiplier"])
 

@@ -1,0 +1,91 @@
+"""What the pages in docs/ show is true: snippets run and print what stands beside them, names are known."""
+
+import re
+import shlex
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from taskopt.cli import app
+from taskopt.resolver.registry import resolver_names
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+PRINTS = "# prints "
+
+
+def text(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def blocks(source: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", source, flags=re.DOTALL | re.MULTILINE)
+
+
+def promised(snippet: str) -> list[str]:
+    return [line.split(PRINTS)[1].strip() for line in snippet.splitlines() if PRINTS in line]
+
+
+def broken_promises(source: str, printed: Any) -> list[str]:
+    """Snippets that print something else than stands beside them, or say nothing; in order, in one scope."""
+    scope: dict[str, Any] = {}
+    faults = []
+    for snippet in blocks(source, "python"):
+        exec(compile(snippet, "snippet", "exec"), scope)
+        said = printed().splitlines()
+        if promised(snippet) and promised(snippet) != said:
+            faults.append(f"{promised(snippet)} is {said}")
+        if not said and "assert" not in snippet:
+            faults.append(f"nothing shown by: {snippet.splitlines()[0]}")
+    return faults
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_snippets_print_what_stands_beside_them(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The Python blocks of a page run one after the other, and none of them shows nothing."""
+    assert broken_promises(text(page), lambda: capsys.readouterr().out) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["```python\nprint(1 + 1)  # prints 3\n```\n", "```python\nx = 1\n```\n"],
+)
+def test_a_page_that_is_wrong_is_caught(source: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A wrong result beside a line, and a snippet without one."""
+    assert broken_promises(source, lambda: capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_commands_are_known(page: Path) -> None:
+    """Every command shown has its name, its options, its resolvers and its files."""
+    lines = [line for block in blocks(text(page), "sh") for line in block.splitlines()]
+    for line in (line for line in lines if line.startswith("taskopt")):
+        words = shlex.split(line, comments=True)[1:]
+        names = words[: 2 if words[0] == "bench" else 1]
+        result = CliRunner().invoke(app, [*names, "--help"])
+        assert result.exit_code == 0, line
+        assert all(word in result.output for word in words if word.startswith("-"))
+        assert all((ROOT / word).is_file() for word in words if word.endswith(".py"))
+        asked = [after for word, after in pairwise(words) if word in ("-r", "--resolver")]
+        assert set(asked) <= set(resolver_names())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_files_are_there(page: Path) -> None:
+    """Pictures and links to files of this checkout lead somewhere; pictures have less than 300 kB."""
+    for target in re.findall(r"\]\(([^)#:]+)\)", text(page)):
+        file = page.parent / target
+        assert file.exists(), target
+        assert file.suffix != ".png" or file.stat().st_size < 300_000
+
+
+def test_every_scenario_of_the_table_of_objectives_is_a_file() -> None:
+    """The last column names files in tasks/."""
+    rows = [line for line in text(ROOT / "docs" / "objectives.md").splitlines() if line.startswith("| ")]
+    last = [row.strip("| ").rsplit("|", 1)[1] if row.endswith("` |") else "" for row in rows]
+    named = re.findall(r"`(\w+)`", " ".join(last))
+    assert len(named) > 8
+    assert all((ROOT / "tasks" / f"{name}.py").is_file() for name in named)
