@@ -27,6 +27,7 @@ class Tally:
     tracking: list[float] = field(default_factory=list)  # [m], or the first task's unit
     position_excess: float = 0.0  # largest, after the step [rad, m]
     velocity_excess: float = 0.0  # largest [rad/s, m/s]
+    nearest: dict[str, float] = field(default_factory=dict)  # least distance, by limit [m]
     twin_distances: list[float] = field(default_factory=list)  # where no row binds [rad/s]
     path_difference: float = 0.0  # largest ‖q ⊖ q of the reference‖∞ at the same tick [rad, m]
     certificates: list[float] = field(default_factory=list)
@@ -52,6 +53,8 @@ class Tally:
             over = float(self.gauge.position_violation(batch)[0])
             self.position_excess = max(self.position_excess, over)
         self.velocity_excess = max(self.velocity_excess, float(self.gauge.velocity_violation(batch)[0]))
+        for limit, measured in step.distances.items():
+            self.nearest[limit] = min(self.nearest.get(limit, np.inf), float(measured.distance.min()))
         if step.free:
             self.twin_distances.append(step.twin_distance)
         self.certificates.append(step.resolution.certificate.worst)

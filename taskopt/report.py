@@ -49,6 +49,7 @@ _LEGEND = (
     "1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
 )
 
+_ENDLESS = 1000
 _KINDS = ("limit", "rank", "damping", "accuracy")
 _CAUSES = (
     "share of the ticks at which limits that bind, a rank that may go either way, damping or the solver's "
@@ -67,10 +68,11 @@ def wide_table(tallies: Sequence[Tally], title: str) -> Table:
     """One row a resolver."""
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("resolver", no_wrap=True)
-    for figure in _FIGURES:
+    figures = _figures(tallies)
+    for figure in figures:
         out.add_column(Text(figure.heading), justify="right", no_wrap=True)
     for tally in tallies:
-        out.add_row(tally.resolver, *(figure.cell(tally) for figure in _FIGURES))
+        out.add_row(tally.resolver, *(figure.cell(tally) for figure in figures))
     return out
 
 
@@ -80,7 +82,7 @@ def tall_table(tallies: Sequence[Tally], title: str) -> Table:
     out.add_column("")
     for tally in tallies:
         out.add_column(tally.resolver, justify="right", no_wrap=True)
-    for figure in _FIGURES:
+    for figure in _figures(tallies):
         out.add_row(Text(figure.label), *(figure.cell(tally) for tally in tallies))
     return out
 
@@ -102,7 +104,8 @@ def show(tallies: Iterable[Tally], console: Console, reference: str, title: str 
     """Print the table, what its columns mean, what bound most, and who stopped early."""
     tallies = list(tallies)
     wide = wide_table(tallies, title)
-    if len(tallies) > 1 and console.measure(wide).maximum <= console.width:
+    room = console.options.update(max_width=_ENDLESS)  # else the table would be cut to what there is
+    if len(tallies) > 1 and console.measure(wide, options=room).maximum <= console.width:
         console.print(wide)
         console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
     else:
@@ -119,6 +122,20 @@ def show(tallies: Iterable[Tally], console: Console, reference: str, title: str 
     for tally in tallies:
         if tally.stopped:
             console.print(f"stopped: {tally.stopped}", style="bold red", highlight=False, markup=False)
+
+
+def _figures(tallies: Sequence[Tally]) -> tuple[Figure, ...]:
+    """The figures, with the least distance of each limit that keeps any."""
+    limits = dict.fromkeys(limit for tally in tallies for limit in tally.nearest)
+    least = [
+        Figure(
+            f"{limit[:8]}\nleast [m]",
+            f"least distance, {limit} [m]",
+            lambda t, limit=limit: _signed(t.nearest.get(limit, np.nan)),
+        )
+        for limit in limits
+    ]
+    return (*_FIGURES[:4], *least, *_FIGURES[4:])
 
 
 def _most_bound(tally: Tally, count: int = 4) -> str:
@@ -158,6 +175,11 @@ def _number(value: float) -> str:
     if np.isnan(value):
         return "–"
     return f"{value:.1e}" if value > 0.0 else "0"
+
+
+def _signed(distance: float) -> str:
+    """Three digits: a margin that is kept exactly is to be seen; < 0 is depth."""
+    return "–" if np.isnan(distance) else f"{distance:.3g}"
 
 
 def _share(count: int, ticks: int) -> str:

@@ -19,11 +19,13 @@ from taskopt import (
 )
 from taskopt.compare import Comparison
 from taskopt.errors import NotSolved
+from taskopt.limit import ObstacleLimit, SelfCollisionLimit
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.report import show
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver
-from taskopt.robot import planar_arm
+from taskopt.robot import Sphere, planar_arm
+from taskopt.run import run
 
 PATH = Circle(radius=0.15, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0))
 
@@ -152,3 +154,28 @@ def test_the_table_fits_120_columns_and_names_what_bound() -> None:
     assert "…" not in text
     assert "joint_velocity/joint1 upper" in text
     assert max(map(len, text.splitlines())) <= 120
+
+
+def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> None:
+    """By limit, over all ticks; a table too wide for the terminal is turned."""
+    ball = Sphere((1.2, 0.75, 0.0), 0.1)
+    near = compared(
+        scenario(ObstacleLimit(ball, influence=0.3), SelfCollisionLimit()),
+        resolver("active-set"),
+        resolver("pinv"),
+    )
+    for tally in near.tallies.values():
+        assert list(tally.nearest) == ["obstacle", "self_collision"]
+    own = [step.distances["obstacle"].distance.min() for step in run(near.scenario, resolver("pinv"))]
+    assert near.tallies["pinv"].nearest["obstacle"] == pytest.approx(min(own), abs=1e-12)
+    words = shown(near, 120)
+    assert "least distance, obstacle [m]" in words
+    assert f"{min(own):.3g}" in words
+    assert "…" not in words.replace("… where", "")
+    assert "least" not in shown(compared(scenario(), resolver("active-set")), 120)
+
+
+def shown(comparison: Comparison, width: int) -> str:
+    out = StringIO()
+    show(comparison.tallies.values(), Console(file=out, width=width), comparison.reference)
+    return out.getvalue()

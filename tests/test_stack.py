@@ -5,10 +5,11 @@ import pytest
 
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.limit import JointPositionLimit, JointVelocityLimit
+from taskopt.limit import JointPositionLimit, JointVelocityLimit, ObstacleLimit
 from taskopt.objective import JointRange
 from taskopt.problem.hierarchy import LevelRows
 from taskopt.reference import Circle, Function, Hold, Latest, Line
+from taskopt.robot import Sphere, planar_arm
 from taskopt.stack import Stack
 from taskopt.task import DampingTask, FrameTask, GradientTask, JointTask, PositionTask
 from tests.moving import FRAMES, bound, generic_q, robot, tumbling
@@ -324,3 +325,16 @@ def test_an_euler_loop_without_feedforward_lags_and_with_it_does_not():
         q = of.integrate(q, np.linalg.pinv(level.A) @ level.lower, dt)
     lag = 0.25 * np.pi / gain
     assert worst < 0.01 * lag
+
+
+def test_limits_of_one_name_get_numbers_and_their_rows_stay_apart():
+    """Two obstacle limits: "obstacle" and "obstacle 2", in layout, owners and distances alike."""
+    limits = [ObstacleLimit(Sphere((0.5, y, 0.0), 0.1)) for y in (0.4, -0.4)]
+    arm = planar_arm([0.5, 0.4, 0.3])
+    plan = Stack([[JointTask()]], limits).compile(arm, DT)
+    assert list(plan.distance_limits) == ["obstacle", "obstacle 2"]
+    assert plan.layout.owners == ("box", "obstacle", "obstacle 2")
+    assert len(set(plan.layout.row_names)) == plan.layout.row_count
+    plan.at(np.array([0.3, 0.4, 0.2]), 0.0)
+    apart = [limit.distances.distance for limit in plan.distance_limits.values()]
+    assert apart[0].min() < apart[1].min()

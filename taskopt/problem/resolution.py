@@ -126,6 +126,25 @@ class Resolution:
         return tuple(self._active_row(int(i)) for i in np.flatnonzero(binds))
 
     @cached_property
+    def prices(self) -> tuple[Active, ...]:
+        """What every active row costs, at every level at which it costs anything, by level.
+
+        At the first of its levels, ∂(½ Σ w d²)/∂bound = −multiplier: what one unit more of the bound is worth.
+        At later ones the multiplier is the price with all levels before held to their residuals.
+        """
+        at = {self._name(int(i)): int(i) for i in np.flatnonzero(self.state)}
+        found = []
+        for row in self.active:
+            prices = self.multipliers[row.level - 1 :, at[row.name, row.side]]
+            least = 1e-9 * max(1.0, float(np.abs(prices).max()))
+            found += [
+                row._replace(multiplier=float(price), level=row.level + k)
+                for k, price in enumerate(prices)
+                if abs(price) > least
+            ]
+        return tuple(sorted(found, key=lambda row: row.level))
+
+    @cached_property
     def residuals(self) -> dict[str, Array]:
         """What each task lacks, A x minus the nearest point of [lower, upper], by name."""
         value = self.problem.A @ self.x
@@ -139,12 +158,16 @@ class Resolution:
         return "\n".join([*self.notes, explain(self)])
 
     def _active_row(self, i: int) -> Active:
-        n = self.problem.n
-        upper = self.state[i] > 0
-        name = self.problem.bound_name(i, upper) if i < n else self.problem.layout.row_names[i - n]
+        name, side = self._name(i)
         prices = self.multipliers[:, i]
         level = int(np.argmax(np.abs(prices) > 1e-9 * max(1.0, float(np.abs(prices).max()))))
-        return Active(name, "upper" if upper else "lower", float(prices[level]), level + 1)
+        return Active(name, side, float(prices[level]), level + 1)
+
+    def _name(self, i: int) -> tuple[str, str]:
+        """Name and side of an active bound or row."""
+        n, upper = self.problem.n, bool(self.state[i] > 0)
+        name = self.problem.bound_name(i, upper) if i < n else self.problem.layout.row_names[i - n]
+        return name, "upper" if upper else "lower"
 
     def __repr__(self) -> str:
         return f"Resolution(x={np.array2string(self.x, precision=6)}, {self.status.name}, {self.certificate})"

@@ -128,6 +128,10 @@ class Batch:
         """Limits that keep distances."""
         return tuple(self.steps[0].distances)
 
+    def pairs(self, limit: str) -> tuple[str, ...]:
+        """Names of the pairs of a limit that keeps distances."""
+        return next(block.row_names for block in self.layout.blocks if block.name == limit)
+
     def distance(self, limit: str) -> Array:
         """Distance of each pair of a limit, (k, P) [m]."""
         return np.array([step.distances[limit].distance for step in self.steps])
@@ -138,7 +142,7 @@ class Batch:
 
     def residual(self, task: str) -> Array:
         """‖A x − nearest point of [lower, upper]‖ of a task, (k,)."""
-        rows = next(block.rows for block in self.layout.blocks if block.name == task)
+        rows = next(block.rows for block in self.layout.blocks if block.level and block.name == task)
         lack = self._value[:, rows] - np.clip(self._value[:, rows], self.lower[:, rows], self.upper[:, rows])
         return np.linalg.norm(lack, axis=1)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from taskopt.record.card import CARD
-from taskopt.record.clearance import margin_line
+from taskopt.record.clearance import least_line, margin_line, pair_line
 from taskopt.record.lanes import EVENTS
 from taskopt.record.palette import part, slug
 from taskopt.record.place import Place
@@ -70,7 +70,7 @@ def _scene(info: RunInfo, place: Place) -> Any:
         f"/world/{slug(name)}/task/{part(task.name)}/actual"
         for name in info.resolvers
         for task in info.plan.tasks
-        if task.frame is not None
+        if task.frame is not None and rows_in(task, "m").any()
     ]
     position, target, up = place.eye(len(info.resolvers))
     return rrb.Spatial3DView(
@@ -110,8 +110,8 @@ def _distances(info: RunInfo) -> list[Any]:
 
     plots = []
     for limit, bound in info.plan.distance_limits.items():
-        paths = [of(name, "least_distance", limit) for name in info.resolvers]
-        pairs = [of(info.resolvers[0], "distance", limit) + "/**"] if len(info.resolvers) == 1 else []
+        paths = [least_line(name, limit) for name in info.resolvers]
+        pairs = [pair_line(info.resolvers[0], limit) + "/**"] if len(info.resolvers) == 1 else []
         name = f"Distance: {limit.replace('_', ' ')} [m]"
         axis = rrb.ScalarAxis(range=(-0.2 * bound.influence, 1.2 * bound.influence), zoom_lock=True)
         plots.append(_plot(name, [*paths, margin_line(limit), *pairs], axis))

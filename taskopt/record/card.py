@@ -24,6 +24,7 @@ class Outcome:
     position: float = 0.0
     velocity: float = 0.0
     error: float = 0.0
+    nearest: dict[str, float] = field(default_factory=dict)
     seconds: list[np.ndarray] = field(default_factory=list)
     limits: Counter[str] = field(default_factory=Counter)
 
@@ -34,6 +35,9 @@ class Outcome:
         self.worst = max(self.worst, float(batch.worst.max()))
         self.position = max(self.position, float(gauge.position_violation(batch).max()))
         self.velocity = max(self.velocity, float(gauge.velocity_violation(batch).max()))
+        for limit in batch.distance_limits:
+            least = float(batch.distance(limit).min())
+            self.nearest[limit] = min(self.nearest.get(limit, np.inf), least)
         self.seconds.append(batch.seconds)
         code = batch.active_code
         self.bound += int((code != 0).any(axis=1).sum())
@@ -50,6 +54,7 @@ class Outcome:
             f"{1e3 * self.error:.2g}",
             _excess(self.position),
             _excess(self.velocity),
+            *(f"{1e3 * least:.3g}" for least in self.nearest.values()),
             _share(self.bound, self.ticks),
             f"{self.worst:.1e}",
             _share(self.certified, self.ticks),
@@ -86,7 +91,8 @@ class Card:
             f"**{scenario.robot.name}**, {scenario.robot.nv} velocities, {scenario.duration:g} s in steps of "
             f"{1e3 * scenario.dt:g} ms, {status}."
         )
-        return "\n".join([head, facts, "", *self._summary(), *self._stack(), _GUIDE])
+        guide = _GUIDE + (_NEAR if self._info.plan.distance_limits else "")
+        return "\n".join([head, facts, "", *self._summary(), *self._stack(), guide])
 
     def _summary(self) -> list[str]:
         ran = {name: outcome for name, outcome in self._outcomes.items() if outcome.ticks}
@@ -94,7 +100,10 @@ class Card:
             return []
         rows = [outcome.row(name) for name, outcome in ran.items()]
         held = [outcome.held(name) for name, outcome in ran.items()]
-        return [_TABLE, *rows, "", "What held the arm back, share of the ticks:", *held, ""]
+        least = [f"{limit.replace('_', ' ')}, least [mm]" for limit in self._info.plan.distance_limits]
+        headings = [*_HEADINGS[:4], *least, *_HEADINGS[4:]]
+        head = [f"| {' | '.join(headings)} |", "|---" * len(headings) + "|"]
+        return [*head, *rows, "", "What held the arm back, share of the ticks:", *held, ""]
 
     def _stack(self) -> list[str]:
         """The levels as declared, and the limits around them."""
@@ -108,10 +117,10 @@ class Card:
         return lines
 
 
-_TABLE = (
-    "| resolver | error max [mm] | out of position [rad] | over velocity [rad/s] | ticks bound | worst KKT "
-    "| proven | solve p50 [µs] |\n|---|---|---|---|---|---|---|---|"
-)
+_HEADINGS = (
+    "resolver", "error max [mm]", "out of position [rad]", "over velocity [rad/s]", "ticks bound",
+    "worst KKT", "proven", "solve p50 [µs]",
+)  # fmt: skip
 _GUIDE = """### How to read it
 - White: the desired path and pose. Coloured: where the frame went. Red: the error between them.
 - Yellow ellipsoid: velocities that the frame can reach with ‖v‖ ≤ 1; flat where it is near a singularity.
@@ -119,6 +128,9 @@ _GUIDE = """### How to read it
 lower does, yellow where an answer that knows no limits is over it.
 - Multiplier: what the limit costs the first level that it holds back; > 0 at an upper limit.
 - Proof: log10 of the worst KKT residual; below −8 the answer is certified to be the optimum.
+"""
+_NEAR = """- Beads on a line: the nearest points of a link and what it must not touch; red while their \
+limit holds the link off, yellow below the margin. The number is the least distance.
 """
 
 

@@ -1,13 +1,21 @@
 """How near the robot is to what it must not touch: lines between witness points, and distances over time."""
 
-from typing import Any
-
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.obstacle3d import declared_obstacles, draw_obstacles
-from taskopt.record.palette import BROKEN, LIMIT_LINE, NEAR, UPPER, colours, part, resolver_colour, slug
+from taskopt.record.palette import (
+    BROKEN,
+    LIMIT_LINE,
+    NEAR,
+    UPPER,
+    colours,
+    joint_colours,
+    part,
+    resolver_colour,
+    slug,
+)
 from taskopt.record.place import Place
 from taskopt.record.recorder import RunInfo
 from taskopt.record.series import of
@@ -15,12 +23,8 @@ from taskopt.record.stage import Stage
 
 PLOT = 0.01  # [s] between two points of a plot
 DETAIL = 0.04  # [s] between two drawings of the witness points
+_BELOW = 1e-9  # [m] below a margin that counts
 _SHOWN = 3  # pairs of each limit that are drawn at a time, the nearest ones
-
-
-def margin_line(limit: str) -> str:
-    """Entity path of the margin of a distance limit."""
-    return f"/scale/margin/{part(limit)}"
 
 
 class Clearance:
@@ -31,77 +35,109 @@ class Clearance:
     """
 
     def __init__(self, info: RunInfo, place: Place) -> None:
-        self._info, self._place = info, place
-        self._obstacles = declared_obstacles(info)
+        self._info, self._place, self._dt = info, place, info.scenario.dt
         self._limits = info.plan.distance_limits
-        self._rows = {block.name: block.rows for block in info.plan.layout.blocks}
-        self._opened: set[str] = set()
+        self._rows = {block.name: block.rows for block in info.plan.layout.blocks if block.level == 0}
+        self._opened: dict[str, set[int]] = {}
 
     def draw(self, stage: Stage) -> None:
         import rerun as rr
 
+        obstacles = declared_obstacles(self._info)
         for index, name in enumerate(self._info.resolvers):
-            draw_obstacles(stage, f"/world/{slug(name)}/obstacle", self._obstacles, self._place)
-            colour = resolver_colour(index)
+            draw_obstacles(stage, f"/world/{slug(name)}/obstacle", obstacles, self._place)
             for limit in self._limits:
-                line = rr.SeriesLines(names=[f"{name}: least"], colors=colours(colour), widths=[3.0])
-                stage.static(of(name, "least_distance", limit), line)
+                _line(stage, least_line(name, limit), f"{name}: least", resolver_colour(index), 3.0)
+                look = rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(2.5))
+                stage.static(_segments(name, limit), look)
+                dots = rr.Points3D.from_fields(radii=rr.Radius.ui_points(4.0))
+                stage.static(f"{_segments(name, limit)}/witness", dots)
+                label = rr.Points3D.from_fields(radii=rr.Radius.ui_points(0.1), show_labels=True)
+                stage.static(f"{_segments(name, limit)}/least", label)
         for limit in self._limits:
-            line = rr.SeriesLines(names=["margin"], colors=colours(LIMIT_LINE), widths=[1.5])
-            stage.static(margin_line(limit), line)
+            _line(stage, margin_line(limit), "margin", LIMIT_LINE)
 
     def send(self, stage: Stage, batch: Batch) -> None:
+        plotted, drawn = batch.every(PLOT, self._dt), batch.every(DETAIL, self._dt)
         for limit in self._limits:
             distance = batch.distance(limit)
-            self._plots(stage, batch, limit, distance)
-            pick = batch.every(DETAIL, self._info.scenario.dt)
-            if len(pick):
-                self._segments(stage, batch, limit, distance, pick)
+            if len(plotted):
+                self._plots(stage, batch, limit, distance[plotted], plotted)
+            if len(drawn):
+                self._witness(stage, batch, limit, distance[drawn], drawn)
 
-    def _plots(self, stage: Stage, batch: Batch, limit: str, distance: Array) -> None:
+    def _plots(self, stage: Stage, batch: Batch, limit: str, distance: Array, pick: IntArray) -> None:
         import rerun as rr
 
-        pick = batch.every(PLOT, self._info.scenario.dt)
-        if not len(pick):
-            return
-        index, time, distance = batch.index[pick], batch.time[pick], distance[pick]
+        bound, index, time = self._limits[limit], batch.index[pick], batch.time[pick]
         least = rr.Scalars.columns(scalars=distance.min(axis=1))
-        stage.columns(of(batch.resolver, "least_distance", limit), index, time, least)
-        margin = np.full(2, self._limits[limit].margin)
-        ends = [0, -1] if len(pick) > 1 else [0]
-        line = rr.Scalars.columns(scalars=margin[: len(ends)])
-        stage.columns(margin_line(limit), index[ends], time[ends], line)
-        near = nearest(distance, self._limits[limit].influence)
-        for pair, name in enumerate(self._limits[limit].row_names):
-            path = of(batch.resolver, "distance", limit, name)
-            first = 0 if path in self._opened else _first(near[:, pair])
-            if first is None:
-                continue
-            if path not in self._opened:
-                self._opened.add(path)
-                stage.static(path, rr.SeriesLines(names=[name], widths=[1.5]))
-            values = rr.Scalars.columns(scalars=distance[first:, pair])
-            stage.columns(path, index[first:], time[first:], values)
+        stage.columns(least_line(batch.resolver, limit), index, time, least)
+        ends = np.unique([0, len(pick) - 1])
+        level = rr.Scalars.columns(scalars=np.full(len(ends), bound.margin))
+        stage.columns(margin_line(limit), index[ends], time[ends], level)
+        near = nearest(distance, bound.influence)
+        opened = self._opened.setdefault(least_line(batch.resolver, limit), set())
+        begins = dict.fromkeys(opened, 0) | {
+            int(pair): int(near[:, pair].argmax())
+            for pair in np.flatnonzero(near.any(axis=0))
+            if pair not in opened
+        }
+        for pair, begin in sorted(begins.items(), key=lambda known: known[::-1]):
+            path = pair_line(batch.resolver, limit, bound.row_names[pair])
+            if pair not in opened:
+                _line(stage, path, bound.row_names[pair], int(joint_colours(len(opened) + 1)[-1]))
+                opened.add(pair)
+            values = rr.Scalars.columns(scalars=distance[begin:, pair])
+            stage.columns(path, index[begin:], time[begin:], values)
 
-    def _segments(self, stage: Stage, batch: Batch, limit: str, distance: Array, pick: IntArray) -> None:
+    def _witness(self, stage: Stage, batch: Batch, limit: str, distance: Array, pick: IntArray) -> None:
+        """Lines between the witness points of the nearest pairs, and the least distance as a number."""
         import rerun as rr
 
-        bound, n = self._limits[limit], batch.layout.n
-        held = batch.state[:, n:][:, self._rows[limit]] != 0
-        chosen = nearest(distance[pick], bound.influence)
-        tick, pair = np.nonzero(chosen)
-        lengths = chosen.sum(axis=1)
-        points = batch.witness(limit)[pick][tick, pair]
-        d = distance[pick][tick, pair]
-        shades = np.where(held[pick][tick, pair], UPPER, NEAR)
-        paint = np.where(d < bound.margin - 1e-9, BROKEN, shades).astype(np.uint32)
-        path = _segments(batch.resolver, limit)
-        first = np.diff(tick, prepend=-1) > 0
-        lines = rr.LineStrips3D.columns(strips=points, colors=paint, labels=labels)
-        index, time = batch.index[pick], batch.time[pick]
-        stage.columns(path, index, time, lines.partition(lengths))
-        ends = rr.Points3D.columns(positions=points.reshape(-1, 3), colors=np.repeat(paint, 2))
-        stage.columns(f"{path}/witness", index, time, ends.partition(2 * lengths))
+        bound, path = self._limits[limit], _segments(batch.resolver, limit)
+        index, time, points = batch.index[pick], batch.time[pick], batch.witness(limit)[pick]
+        held = batch.state[:, batch.layout.n :][pick, self._rows[limit]] != 0
+        paint = np.where(distance < bound.margin - _BELOW, BROKEN, np.where(held, UPPER, NEAR))
+        paint = paint.astype(np.uint32)
+        shown = nearest(distance, bound.influence)
+        count = shown.sum(axis=1)
+        lines = rr.LineStrips3D.columns(strips=points[shown].astype(np.float32), colors=paint[shown])
+        stage.columns(path, index, time, lines.partition(count))
+        dots = rr.Points3D.columns(positions=points[shown].reshape(-1, 3), colors=np.repeat(paint[shown], 2))
+        stage.columns(f"{path}/witness", index, time, dots.partition(2 * count))
+        some = np.flatnonzero(count)
+        least = distance[some].argmin(axis=1)
+        label = rr.Points3D.columns(
+            positions=points[some, least].mean(axis=1),
+            colors=paint[some, least],
+            labels=[f"{1e3 * value:.0f} mm" for value in distance[some, least]],
+        )
+        stage.columns(f"{path}/least", index, time, label.partition(np.minimum(count, 1)))
+
+
+def margin_line(limit: str) -> str:
+    """Entity path of the margin of a distance limit."""
+    return f"/scale/margin/{part(limit)}"
+
+
+def least_line(resolver: str, limit: str) -> str:
+    """Entity path of the least distance of all pairs of a limit."""
+    return of(resolver, "least_distance", limit)
+
+
+def pair_line(resolver: str, limit: str, pair: str = "") -> str:
+    """Entity path of the distance of a pair; of all of them without one."""
+    return of(resolver, "distance", limit, *([pair] if pair else []))
+
+
+def _segments(resolver: str, limit: str) -> str:
+    return f"/world/{slug(resolver)}/distance/{part(limit)}"
+
+
+def _line(stage: Stage, path: str, name: str, colour: int, width: float = 1.5) -> None:
+    import rerun as rr
+
+    stage.static(path, rr.SeriesLines(names=[name], colors=colours(colour), widths=[width]))
 
 
 def nearest(distance: Array, influence: float) -> Mask:
@@ -110,8 +146,3 @@ def nearest(distance: Array, influence: float) -> Mask:
     first = np.argsort(distance, axis=1, kind="stable")[:, :_SHOWN]
     np.put_along_axis(out, first, True, axis=1)
     return out & (distance < influence)
-
-
-def _first(flags: Mask) -> int | None:
-    """Where the first True is."""
-    return int(np.argmax(flags)) if flags.any() else None

@@ -16,6 +16,7 @@ class Place:
     upper: Array
     flat: bool  # a robot in the x-y plane, seen from above
     columns: int
+    crowded: bool = False  # with obstacles: seen from higher up, so that they hide less
 
     @property
     def size(self) -> float:
@@ -39,8 +40,9 @@ class Place:
         if self.flat:
             return centre + np.array([0.0, 0.0, span]), centre, np.array([0.0, 1.0, 0.0])
         sideways = -0.55 if count == 1 else -0.25 if count == self.columns else 0.0
-        toward = np.array([1.0, sideways, 0.4])
-        return centre + 0.95 * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
+        toward = np.array([1.0, sideways, 0.9 if self.crowded else 0.4])
+        near = 0.85 if self.crowded else 0.95
+        return centre + near * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
 
 
 def place_for(parts: list[Array], count: int, around: Sequence[Array] = ()) -> Place:
@@ -56,4 +58,4 @@ def place_for(parts: list[Array], count: int, around: Sequence[Array] = ()) -> P
     if flat:
         lower[2], upper[2] = points[:, 2].min(), points[:, 2].max()
     columns = count if count <= 3 else -(-count // 2)
-    return Place(lower, upper, flat, columns)
+    return Place(lower, upper, flat, columns, bool(around))

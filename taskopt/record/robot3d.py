@@ -45,9 +45,7 @@ class RobotDrawing:
             pose = np.asarray(shape.placement.homogeneous)
             scale = np.asarray(shape.meshScale).ravel() if isinstance(drawn, rr.Asset3D) else np.ones(3)
             placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3] * scale)
-            stage.static(
-                f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", drawn, placed
-            )
+            stage.static(f"{path}/{self._names[int(shape.parentJoint)]}/{part(shape.name)}", drawn, placed)
 
     def move(self, stage: Stage, path: str, tick: IntArray, time: Any, q: Array) -> None:
         """Send the joint poses for each q, (k, nq)."""

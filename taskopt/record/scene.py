@@ -13,6 +13,7 @@ from taskopt.record.palette import ELLIPSOID, ERROR, TARGET, colours, part, reso
 from taskopt.record.place import place_for
 from taskopt.record.recorder import RunInfo
 from taskopt.record.robot3d import RobotDrawing
+from taskopt.record.series import rows_in
 from taskopt.record.stage import Stage
 
 MOTION = 0.01  # [s] between two poses of the robot
@@ -32,6 +33,7 @@ class Scene:
         self._at = Configuration(robot, q0)
         self._tracked = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         self._last: dict[str, Array] = {}
+        self._placed = {task.name for task in info.plan.tasks if rows_in(task, "m").any()}
         self._desired = _desired_paths(info)
         around = [corners(obstacle) for obstacle in declared_obstacles(info)]
         known = [self._robot.corners(q0), *self._desired.values()]
@@ -78,9 +80,9 @@ class Scene:
             if task.name in self._desired:
                 desired = rr.LineStrips3D([self._desired[task.name]], colors=colours(TARGET), radii=line(1.2))
                 stage.static(f"{at}/desired", desired)
-            for kind, shade in (("actual", colour), ("error", ERROR)):
-                look = rr.LineStrips3D.from_fields(colors=colours(shade), radii=line(3.0))
-                stage.static(f"{at}/{kind}", look)
+                for kind, shade in (("actual", colour), ("error", ERROR)):
+                    look = rr.LineStrips3D.from_fields(colors=colours(shade), radii=line(3.0))
+                    stage.static(f"{at}/{kind}", look)
             stage.static(f"{at}/target", rr.TransformAxes3D(0.11 * self.place.size))
         solid = rr.Ellipsoids3D.from_fields(colors=colours(ELLIPSOID), fill_mode="solid")
         stage.static(f"{path}/ellipsoid", solid)
@@ -103,9 +105,12 @@ class Scene:
 
         tick, time = batch.index[pick], batch.time[pick]
         target, actual = batch.target(task)[pick], batch.actual(task)[pick]
-        rotation = target[:, :3, :3].reshape(-1, 9)
-        axes = rr.Transform3D.columns(translation=target[:, :3, 3], mat3x3=rotation)
+        placed = task in self._placed  # else it turns the frame wherever that is
+        rotation, place = target[:, :3, :3].reshape(-1, 9), (target if placed else actual)[:, :3, 3]
+        axes = rr.Transform3D.columns(translation=place, mat3x3=rotation)
         stage.columns(f"{path}/target", tick, time, axes)
+        if not placed:
+            return
         strips = np.stack([actual[:, :3, 3], target[:, :3, 3]], axis=1)
         stage.columns(f"{path}/error", tick, time, rr.LineStrips3D.columns(strips=list(strips)))
         points = actual[:, :3, 3]
@@ -156,7 +161,7 @@ def _desired_paths(info: RunInfo) -> dict[str, Array]:
     for t in np.linspace(0.0, info.scenario.duration, _SAMPLES):
         plan.at(q0, float(t))
         for task in plan.tasks:
-            if task.target is not None:
+            if task.target is not None and rows_in(task, "m").any():
                 paths.setdefault(task.name, []).append(task.target[:3, 3].copy())
     return {name: np.array(points) for name, points in paths.items()}
 

@@ -26,7 +26,8 @@ class TableSink:
     Columns: tick, t [s], resolver, status, claimed, certified, free (no row binds), q, q_next, v,
     error/<task>, residual/<task>, position_violation, velocity_violation, active (names),
     multiplier (one an active row), certificate, iterations, seconds, build_seconds, twin_distance,
-    accurate, causes (of that distance), ranks and damping (k², one a level, the hard rows first).
+    accurate, causes (of that distance), ranks and damping (k², one a level, the hard rows first),
+    distance/<limit> (the least, [m]), nearest/<limit> (of which pair).
     """
 
     def __init__(self, path: Path) -> None:
@@ -86,6 +87,7 @@ class TableSink:
             "build_seconds": pa.array(batch.build_seconds),
             "twin_distance": pa.array(batch.twin_distance),
             **_second_look(batch),
+            **_nearness(batch),
         }
 
 
@@ -100,6 +102,18 @@ def _second_look(batch: Batch) -> dict[str, "pa.Array"]:
         "ranks": pa.array([[level.rank for level in tick] for tick in batch.levels], ranks),
         "damping": pa.array([[level.damping for level in tick] for tick in batch.levels], damping),
     }
+
+
+def _nearness(batch: Batch) -> dict[str, "pa.Array"]:
+    """The least distance of each limit that keeps any [m], and the pair that it is between."""
+    import pyarrow as pa
+
+    columns = {}
+    for limit in batch.distance_limits:
+        distance = batch.distance(limit)
+        columns[f"distance/{limit}"] = pa.array(distance.min(axis=1))
+        columns[f"nearest/{limit}"] = pa.array(np.array(batch.pairs(limit))[distance.argmin(axis=1)])
+    return columns
 
 
 def _lists(rows: Array) -> "pa.Array":

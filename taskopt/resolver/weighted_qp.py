@@ -15,7 +15,7 @@ from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.qp import QuadraticProgram
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY
-from taskopt.resolver.accuracy import checked_accuracy, solve_to
+from taskopt.resolver.accuracy import checked_accuracy
 from taskopt.resolver.base import Memory, answered, final_state, unanswered
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
 from taskopt.resolver.flatten import flatten
@@ -23,6 +23,7 @@ from taskopt.solver.registry import solver
 
 _PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
 _OUTSIDE = 1e-7  # an answer that was not finished and leaves the limits by more is no answer
+_MARGIN = 1e-2  # absolute, not at unit size: R makes x large, and limits are promised to 1e-9 all the same
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class WeightedQP:
     ) -> tuple[Resolution, Memory]:
         problem = flatten(hierarchy, self.ratio)
         qp, R = orthogonal(problem)
-        solution = solve_to(solver(self.solver), self.accuracy)(qp)
+        solution = solver(self.solver)(qp, _MARGIN * self.accuracy)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return unanswered(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
