@@ -154,9 +154,11 @@ def fuzz(
     ticks: Annotated[int, typer.Option(min=1, help="Ticks in all, on four robots.")] = 100_000,
     resolver: Annotated[str, typer.Option("-r", "--resolver", help="See `taskopt list`.")] = "active-set",
     seed: Annotated[int, typer.Option(help="Another seed, other stacks.")] = 0,
-    keep: Annotated[Path | None, typer.Option(metavar="DIR", help="Save what fails, to be resolved again.")] = None,
+    keep: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Save what fails, to be resolved again.")
+    ] = None,
 ) -> None:
-    """Random ticks of random stacks: every answer is proven, or reported as failed."""
+    """Random stacks: every answer proven, or reported."""
     from rich.console import Console
     from rich.progress import track
 
@@ -168,7 +170,8 @@ def fuzz(
     tallies = []
     for name in FRAMES:
         hidden = not behind.is_terminal
-        steps = track(ticks_of(name, each, seed, resolver, keep), name, each, behind, transient=True, disable=hidden)
+        ticking = ticks_of(name, each, seed, resolver, keep)
+        steps = track(ticking, name, each, console=behind, transient=True, disable=hidden)
         tallies += [*steps][-1:]
     terminal().print(table(tallies))
     if not all(tally.clean for tally in tallies):
@@ -177,7 +180,7 @@ def fuzz(
 
 @bench.command()
 def strictness(cases: Annotated[int, typer.Option(min=1, help="Cases that count.")] = 1000) -> None:
-    """What strict levels are worth beside weights and a projected cost, when limits bind."""
+    """Strict levels beside weights and a projected cost."""
     from taskopt.bench.strictness import measure, table
     from taskopt.report import terminal
 

@@ -1,12 +1,21 @@
 """The Panda changes what it does while it moves: tasks come, go, and change places without a jump.
 
-The hand draws a circle. From 1.5 s to 4 s it is also held upright, above the circle in priority; at 3 s
-the circle gives way to another point, which was second until then. Each change takes 0.3 s, in which every
-tick is one strict hierarchy as before and after.
+The hand draws a circle. From 1.5 s to 4 s its orientation is held too, above the circle in priority; at 3 s
+the circle gives way to a point. Each change takes 0.3 s, in which every tick is one strict hierarchy, as
+before and after.
 """
 
-from taskopt import Circle, JointPositionLimit, JointTask, JointVelocityLimit, OrientationTask, PositionTask
-from taskopt import Robot, Scenario, Stack
+from taskopt import (
+    Circle,
+    JointPositionLimit,
+    JointTask,
+    JointVelocityLimit,
+    OrientationTask,
+    PositionTask,
+    Robot,
+    Scenario,
+    Stack,
+)
 from taskopt.task import During
 
 hand = "panda_hand"

@@ -37,7 +37,7 @@ def lack(step: Step, task: str) -> float:
 
 
 def test_four_levels_are_kept_in_their_order_with_two_inequalities_in_the_middle() -> None:
-    """The first hand never suffers once it moves, box and cone hold, the third level yields at the box's sides."""
+    """The first hand never suffers once it moves, box and cone hold, the third level yields."""
     taken = [step for step in steps("tiago_four_levels") if step.t > 0.7]
     assert max(lack(step, "arm_left_tool_link position") for step in taken) < 1e-9
     assert max(lack(step, "arm_right_tool_link in box") for step in taken) < 1e-9
@@ -64,7 +64,9 @@ def test_the_conflict_is_named_and_braked_without_contact() -> None:
         at.update(step.q_next)
         distances.update(at)
         assert distances.distance.min() > 0.02
-    with pytest.raises(Infeasible, match=r"exclude each other: joint_acceleration/.*obstacle/link3") as caught:
+    with pytest.raises(
+        Infeasible, match=r"exclude each other: joint_acceleration/.*obstacle/link3"
+    ) as caught:
         list(run(replace(declared, on_conflict="raise"), ActiveSet()))
     assert "least relaxation" in str(caught.value)
 
@@ -103,7 +105,9 @@ def test_at_full_speed_every_joint_stops_at_the_end_of_its_range() -> None:
         assert (np.abs(step.v) <= robot.velocity_limit + 1e-9).all()
         assert (np.abs(step.v - v) <= allowed * declared.dt + 1e-9).all()
         v = step.v
-    owners = {active.name.split("/")[0] for step in steps("panda_full_speed") for active in step.resolution.active}
+    owners = {
+        active.name.split("/")[0] for step in steps("panda_full_speed") for active in step.resolution.active
+    }
     assert owners == {"joint_acceleration", "joint_acceleration (position)", "joint_acceleration (velocity)"}
     at_end = next(step for step in steps("panda_full_speed") if step.t >= 1.99)
     end = np.where([1, 0, 1, 0, 1, 0, 1], robot.position_upper, robot.position_lower)

@@ -139,7 +139,10 @@ def _controller(
     """A random stack with its targets, each with the frame that it is for, and its period."""
     targets: list[tuple[str, Latest]] = []
     dt = float(rng.choice([1e-3, 5e-3, 2e-2]))
-    levels = [[_task(frames, rng, targets, dt) for _ in range(rng.integers(1, 3))] for _ in range(rng.integers(1, 4))]
+    levels = [
+        [_task(frames, rng, targets, dt) for _ in range(rng.integers(1, 3))]
+        for _ in range(rng.integers(1, 4))
+    ]
     if rng.random() < 0.2:
         levels[-1].append(levels[0][0])
     if rng.random() < 0.7:
@@ -150,7 +153,9 @@ def _controller(
     return Controller(robot, Stack(levels, limits), resolver, dt), targets, dt
 
 
-def _task(frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[str, Latest]], dt: float) -> Task:
+def _task(
+    frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[str, Latest]], dt: float
+) -> Task:
     frame, gain, target = str(rng.choice(frames)), rng.uniform(0.1, 0.5) / dt, Latest()
     kind = rng.choice(["pose", "position", "orientation", "box", "gaze"], p=[0.3, 0.25, 0.15, 0.2, 0.1])
     expressed, weight = rng.choice(["own", "world"]), 10.0 ** rng.uniform(-1, 1)
@@ -159,7 +164,9 @@ def _task(frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[s
         return BoxTask(frame, centre - reach, centre + reach, gain=gain, weight=weight)
     targets.append((frame, target))
     if kind == "gaze":
-        return GazeTask(frame, target, rng.uniform(0.1, 1.0), axis=rng.normal(size=3), gain=gain, weight=weight)
+        return GazeTask(
+            frame, target, rng.uniform(0.1, 1.0), axis=rng.normal(size=3), gain=gain, weight=weight
+        )
     named = {"reference": target, "gain": gain, "weight": weight, "expressed": expressed}
     if kind == "pose":
         return FrameTask(frame, axes=rng.choice(["xyzrpy", "xyz", "xy y", "z rp"]), **named)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, positive
+from taskopt.arrays import positive
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution
 
@@ -15,7 +15,7 @@ _THIN = 1e-3  # σ_min/σ_max of a level below it is near a loss of rank
 _FEW = 4  # changes that may have any cause
 
 ADVICE = {
-    "tolerance": "it is met exactly at no price, and rounding decides; widen it a little, or ask less next to it",
+    "tolerance": "it is met at no price, and rounding decides; widen it a little, or ask less next to it",
     "gain": "targets are overshot from tick to tick; lower the gain below 1/Δt",
     "rank": "a level is near a loss of rank there; damp it, or take away rows that say the same",
     "dt": "the bound itself moves more than a step can follow; shorten Δt, or lower the limit's gain",
@@ -92,10 +92,10 @@ def _overshot(before: Hierarchy, now: Hierarchy) -> bool:
 
 
 def _thin(hierarchy: Hierarchy) -> bool:
-    """Whether rows up to some level are nearly dependent, but not quite, while the level alone is not all of it."""
+    """Whether rows up to some level are nearly dependent, but not quite."""
     for k in range(1, hierarchy.layout.level_count + 1):
         A = hierarchy.A[: int(hierarchy.layout.offsets[k + 1])]
-        sigma: Array = np.linalg.svd(A, compute_uv=False)
+        sigma = np.linalg.svd(A, compute_uv=False)
         if sigma.size and ((sigma > 1e-12 * sigma[0]) & (sigma < _THIN * sigma[0])).any():
             return True
     return False

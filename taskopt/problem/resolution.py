@@ -129,7 +129,7 @@ class Resolution:
     def prices(self) -> tuple[Active, ...]:
         """What every active row costs, at every level at which it costs anything, by level.
 
-        At the first of its levels, ∂(½ Σ w d²)/∂bound = −multiplier: what one unit more of the bound is worth.
+        At the first of its levels, ∂(½ Σ w d²)/∂bound = −multiplier: what a unit of the bound is worth.
         At later ones the multiplier is the price with all levels before held to their residuals.
         """
         at = {self._name(int(i)): int(i) for i in np.flatnonzero(self.state)}

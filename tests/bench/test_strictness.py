@@ -34,4 +34,3 @@ def test_without_an_active_limit_the_projected_cost_is_strict_too() -> None:
     projected, *_, soft = in_one_qp(wide)
     assert level_residuals(wide, ActiveSet()(projected)[0].x)[0] < 1e-9
     assert level_residuals(wide, ActiveSet()(soft)[0].x)[0] > 1e-6
-

@@ -64,7 +64,11 @@ def test_a_price_of_the_wrong_sign_is_caught():
 @pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "hqp/clarabel"])
 def test_every_limit_has_its_price_at_the_first_level_that_it_binds(name):
     """x + y ≤ 1 is met at no price, x ≤ 1.5 costs x = 2 half a unit, and then x + y ≤ 1 costs y = 3."""
-    levels = [Level([[1.0, 1.0]], upper=[1.0], name="keep"), Level([[1.0, 0.0]], [2.0]), Level([[0.0, 1.0]], [3.0])]
+    levels = [
+        Level([[1.0, 1.0]], upper=[1.0], name="keep"),
+        Level([[1.0, 0.0]], [2.0]),
+        Level([[0.0, 1.0]], [3.0]),
+    ]
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.5, 9.0]), unknowns=["x", "y"])
     resolution = resolver(name)(hierarchy)[0]
     first = {row.name: (row.level, row.multiplier) for row in reversed(resolution.prices)}

@@ -97,7 +97,9 @@ def test_the_layout_shows_only_what_exists(folder, info, monkeypatch):
     """Every path that a plot asks for is an entity of the recording, or one that opens when it is needed."""
     asked: list[str] = []
     plain = layout._plot
-    monkeypatch.setattr(layout, "_plot", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1])
+    monkeypatch.setattr(
+        layout, "_plot", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1]
+    )
     sink = StreamSink(folder / "unused.rrd")
     sink.open(info)
     sink.close("finished")

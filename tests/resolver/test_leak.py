@@ -23,19 +23,21 @@ def test_the_exact_optimum_leaks_nothing(seed):
 
 @given(SEEDS)
 def test_the_first_level_of_a_point_within_the_limits_never_leaks_less_than_nothing(seed):
-    """Nothing inside the limits meets level 1 better than its optimum, and what moves off leaks at some level."""
+    """Nothing inside the limits meets level 1 better than its optimum; what moves off leaks somewhere."""
     hierarchy = random_hierarchy(seed)
     best, rng = lexicographic_optimum(hierarchy), np.random.default_rng(seed)
-    inside = Hierarchy([Level(np.eye(hierarchy.n), best + rng.normal(size=hierarchy.n))],
-                       box=(hierarchy.box_lower, hierarchy.box_upper),
-                       limits=Level(hierarchy.limits.A, lower=hierarchy.limits.lower, upper=hierarchy.limits.upper)
-                       if len(hierarchy.limits.lower) else None)  # fmt: skip
+    hard = hierarchy.limits
+    inside = Hierarchy(
+        [Level(np.eye(hierarchy.n), best + rng.normal(size=hierarchy.n))],
+        box=(hierarchy.box_lower, hierarchy.box_upper),
+        limits=Level(hard.A, lower=hard.lower, upper=hard.upper) if len(hard.lower) else None,
+    )
     other = lexicographic_optimum(inside)
     assert leak(hierarchy, other)[0] >= -1e-9
 
 
 def test_weights_that_are_not_infinite_leak_what_they_give_up():
-    """x = 1 above, x = 0 beside it with weight ε: x = 1/(1 + ε), so level 1 leaks ε/(1 + ε), level 2 gains it."""
+    """x = 1 above, x = 0 beside it with weight ε: x = 1/(1 + ε), so level 1 leaks ε/(1 + ε)."""
     hierarchy = Hierarchy([Level([[1.0]], [1.0]), Level([[1.0]], [0.0])])
     for share in (1e-2, 1e-4):
         x = 1.0 / (1.0 + share)

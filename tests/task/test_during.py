@@ -15,7 +15,9 @@ from tests.moving import generic_q, robot
 LIMITS = [JointPositionLimit(), JointVelocityLimit()]
 Q = generic_q(robot("panda"), 3)
 HOME = Configuration(robot("panda"), Q).pose("panda_hand")
-FAR = FrameTask("panda_hand", reference=HOME[:3, 3] + [0.3, 0.2, -0.2], gain=2.0, axes="xyz", expressed="world")
+FAR = FrameTask(
+    "panda_hand", reference=HOME[:3, 3] + [0.3, 0.2, -0.2], gain=2.0, axes="xyz", expressed="world"
+)
 BOX = BoxTask("panda_hand", HOME[:3, 3] - 0.01, HOME[:3, 3] + 0.01, gain=2.0)
 FIRST = JointTask([0.5], joints=["panda_joint1"])
 REST = JointTask(generic_q(robot("panda"), 4), gain=1.0)
@@ -84,7 +86,8 @@ def test_a_task_holds_the_place_where_it_begins():
 
 
 @pytest.mark.parametrize(
-    ("t", "u"), [(-1.0, math.inf), (0.9, None), (1.0, 1.0), (1.5, 0.5), (2.0, 0.0), (3.0, 0.0), (3.5, 0.5), (5.0, 2.0)]
+    ("t", "u"),
+    [(-1.0, math.inf), (0.9, None), (1.0, 1.0), (1.5, 0.5), (2.0, 0.0), (3.0, 0.0), (3.5, 0.5), (5.0, 2.0)],
 )
 def test_openness_falls_after_begin_and_rises_after_end(t, u):
     """Straight lines in time, 0 in between."""
