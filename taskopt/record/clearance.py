@@ -4,6 +4,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch, Mask
+from taskopt.record.glyphs import drawable
 from taskopt.record.obstacle3d import declared_obstacles, draw_obstacles
 from taskopt.record.palette import (
     BROKEN,
@@ -137,7 +138,7 @@ def _segments(resolver: str, limit: str) -> str:
 def _line(stage: Stage, path: str, name: str, colour: int, width: float = 1.5) -> None:
     import rerun as rr
 
-    stage.static(path, rr.SeriesLines(names=[name], colors=colours(colour), widths=[width]))
+    stage.static(path, rr.SeriesLines(names=[drawable(name)], colors=colours(colour), widths=[width]))
 
 
 def nearest(distance: Array, influence: float) -> Mask:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from taskopt.record.batch import Batch, Mask
+from taskopt.record.glyphs import drawable
 from taskopt.record.palette import BROKEN, FREE, LOWER, UPPER, colours, plain
 from taskopt.record.recorder import RunInfo
 from taskopt.record.series import limit_rows, of, pair_rows
@@ -88,7 +89,9 @@ class Lanes:
         words.append(("free", FREE))
         names = [word for word, _ in words]
         labels = [_PAIR.get(name, name) if row in self._pairs else _label(name) for name in names]
-        return rr.StateConfiguration(values=names, labels=labels, colors=colours(*(c for _, c in words)))
+        return rr.StateConfiguration(
+            values=names, labels=[*map(drawable, labels)], colors=colours(*(c for _, c in words))
+        )
 
     def _turns(self, batch: Batch) -> list[tuple[int, str, str]]:
         """Ticks at which a run leaves its limits or its proof, and at which it returns."""
@@ -132,7 +135,9 @@ class Lanes:
         if len(events) > _MOST:
             texts[-1] += f" (and {len(events) - _MOST} more changes by {batch.t[-1]:.3f} s)"
         at = np.array([k for k, _, _ in kept])
-        logged = rr.TextLog.columns(text=texts, level=[level for _, level, _ in kept])
+        logged = rr.TextLog.columns(
+            text=[drawable(text) for text in texts], level=[level for _, level, _ in kept]
+        )
         stage.columns(EVENTS, batch.index[at], batch.time[at], logged)
 
 

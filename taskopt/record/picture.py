@@ -37,11 +37,16 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
         raise InvalidValue(f"the time of a picture must be ≥ 0 s, got {at:g}")
     if not picture.parent.is_dir():
         raise InvalidValue(f"cannot write {picture}: there is no folder {picture.parent}")
-    with _headless() as viewer:
-        viewer.open(str(recording.resolve()))
-        end = _loaded(viewer, recording)
-        viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
-        image = _settled(viewer)
+    try:
+        with _headless() as viewer:
+            viewer.open(str(recording.resolve()))
+            end = _loaded(viewer, recording)
+            viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
+            image = _settled(viewer)
+    except ConnectionError as error:
+        raise NoGraphics(
+            f"the viewer ended while it drew {recording}; try again, or look with --at 0"
+        ) from error
     try:
         picture.write_bytes(image)
     except OSError as error:

@@ -8,6 +8,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
 from taskopt.record.batch import Batch
+from taskopt.record.glyphs import drawable
 from taskopt.record.palette import LIMIT_LINE, colours, joint_colours, part, resolver_colour, short, slug
 from taskopt.record.recorder import RunInfo
 from taskopt.record.stage import Stage
@@ -198,7 +199,9 @@ def _lines(stage: Stage, path: str, names: list[str], paint: Any) -> None:
     import rerun as rr
 
     if names:
-        stage.static(path, rr.SeriesLines(names=names, colors=paint, widths=[1.5] * len(names)))
+        stage.static(
+            path, rr.SeriesLines(names=[*map(drawable, names)], colors=paint, widths=[1.5] * len(names))
+        )
 
 
 def _log10(values: Array) -> Array:

@@ -6,6 +6,7 @@ from taskopt.record.batch import Batch
 from taskopt.record.blueprint import blueprint
 from taskopt.record.card import CARD, Card
 from taskopt.record.clearance import Clearance
+from taskopt.record.glyphs import drawable
 from taskopt.record.lanes import Lanes
 from taskopt.record.manifest import manifest
 from taskopt.record.recorder import RunInfo
@@ -51,4 +52,6 @@ class StreamSink:
     def _show_card(self, status: str) -> None:
         import rerun as rr
 
-        self._stage.static(CARD, rr.TextDocument(self._card.text(status), media_type="text/markdown"))
+        self._stage.static(
+            CARD, rr.TextDocument(drawable(self._card.text(status)), media_type="text/markdown")
+        )
