@@ -31,6 +31,8 @@ def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
 def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """A float64 copy of `value` without NaN, of the shape given."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError("complex")
         array = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise InvalidValue(f"{name} must be numbers, got {value!r}") from error

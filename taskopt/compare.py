@@ -11,10 +11,11 @@ import numpy as np
 
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.record.batch import Batch
+from taskopt.record.continuity import Continuity
 from taskopt.record.recorder import RunInfo
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.base import Resolver
-from taskopt.run import Step, run
+from taskopt.run import Step, run, tracking_error
 from taskopt.scenario import Scenario
 
 
@@ -24,7 +25,7 @@ class Tally:
 
     resolver: str
     gauge: LimitGauge
-    tracking: list[float] = field(default_factory=list)  # [m], or the first task's unit
+    tracking: list[float] = field(default_factory=list)  # see `tracking_error`
     position_excess: float = 0.0  # largest, after the step [rad, m]
     velocity_excess: float = 0.0  # largest [rad/s, m/s]
     nearest: dict[str, float] = field(default_factory=dict)  # least distance, by limit [m]
@@ -39,7 +40,11 @@ class Tally:
     causes: Counter[str] = field(default_factory=Counter)  # ticks by why they are apart from the closed form
     seconds: list[float] = field(default_factory=list)
     bound: Counter[str] = field(default_factory=Counter)  # ticks by name of what is active
+    continuity: Continuity = field(init=False)
     stopped: str = ""  # why, if it did not get through
+
+    def __post_init__(self) -> None:
+        self.continuity = Continuity(self.gauge.info.plan)
 
     @property
     def ticks(self) -> int:
@@ -57,6 +62,7 @@ class Tally:
             self.nearest[limit] = min(self.nearest.get(limit, np.inf), float(measured.distance.min()))
         if step.free:
             self.twin_distances.append(step.twin_distance)
+        self.continuity.add(step)
         self.certificates.append(step.resolution.certificate.worst)
         self.claimed += step.resolution.claimed
         self.certified += step.resolution.certified()
@@ -114,11 +120,3 @@ class Comparison:
                 if self.reference in steps:
                     self.tallies[name].follow(step, steps[self.reference])
             yield from steps.values()
-
-
-def tracking_error(step: Step) -> float:
-    """‖e‖ of the first task: of its rows in metres if it has any [m], else of all of them."""
-    block = next(block for block in step.hierarchy.layout.blocks if block.level > 0)
-    metres = np.array([unit.startswith("m") for unit in block.row_units])
-    error = step.errors[block.name]
-    return float(np.linalg.norm(error[metres] if metres.any() else error))

@@ -52,7 +52,7 @@ class Configuration:
         """Move to q; only its size is checked."""
         if q.shape != self.q.shape:
             raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
-        self.q[:] = q
+        self.q[...] = q
         pin.computeJointJacobians(self._model, self._data, self.q)
 
     def frame(self, name: str) -> FrameView:

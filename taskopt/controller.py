@@ -4,13 +4,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, finite
-from taskopt.jit import kernel
+from taskopt.jit import kernel_apart
 from taskopt.problem.policy import Policy, checked_policy
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.active_set import STATUS, ActiveSet, resolve_kernel
+from taskopt.resolver.active_set import ActiveSet, concluded, new_history, resolve_kernel
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver as resolver_named
-from taskopt.resolver.review import TickReview
 from taskopt.resolver.settle import settle
 from taskopt.robot import Robot
 from taskopt.run import not_solved, usable
@@ -38,12 +37,13 @@ class Controller:
         self.plan = stack.compile(robot, dt)
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
         self._robot, self._tells = robot, bool(self.plan.rate_limits)
-        self._memory: Memory | None = None
         self._resolve = self._in_two
-        diagonal = self.plan.hierarchy.norm.ndim == 1
-        if isinstance(self.resolver, ActiveSet) and self.plan.in_one_call and diagonal:
+        layout, norm = self.plan.layout, self.plan.hierarchy.norm
+        if isinstance(self.resolver, ActiveSet) and self.plan.in_one_call and norm.ndim == 1:
             self._resolve = self._in_one_call
-            self._settings = self.resolver.shortcut, self.resolver.iterations
+            self._arguments = *self.plan.tick, norm, self.resolver.shortcut, self.resolver.iterations
+        self._sizes = layout.width, layout.answer_size
+        self._forget()
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Anchor the references that begin at the posture, and forget the last tick.
@@ -52,9 +52,9 @@ class Controller:
         """
         q = self._robot.checked_q(q)
         self.plan.start(q, t)
-        self._memory = None
+        self._forget()
         self._resolve(q, t)
-        self._memory = None
+        self._forget()
 
     def step(self, q: Array, t: float, v: Array | None = None) -> Resolution:
         """The resolution at q (nq,) and t [s]; `resolution.v` is the velocity to command.
@@ -78,12 +78,17 @@ class Controller:
         """What is sent all the same, or an error; the next tick begins without memory."""
         if usable(resolution):
             return resolution
-        self._memory = None
+        self._forget()
         plan = self.plan
         resolution = settle(self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when)
         if not usable(resolution):
             raise not_solved(self.resolver.name, resolution, when)
         return resolution
+
+    def _forget(self) -> None:
+        """Begin the next tick from nothing."""
+        self._memory: Memory | None = None
+        self._history = new_history(self.plan.layout)
 
     def _in_two(self, q: Array, t: float) -> Resolution:
         """Rows first, then any resolver."""
@@ -92,25 +97,22 @@ class Controller:
 
     def _in_one_call(self, q: Array, t: float) -> Resolution:
         """The same for a plan and a resolver that are both compiled: calls cost more than rows."""
-        plan, hierarchy = self.plan, self.plan.hierarchy
-        plan.aim(q, t)
-        layout = hierarchy.layout
-        state = np.zeros(layout.width, np.int8) if self._memory is None else self._memory.state.copy()
-        answer = np.empty(layout.answer_size)
-        code, rounds = _fill_and_resolve(
-            *plan.tick, hierarchy.norm, layout.offsets, layout.columns, *self._settings, state, answer
-        )
+        self.plan.aim(q, t)
+        width, size = self._sizes
+        state, answer = np.empty(width, np.int8), np.empty(size)
+        code, rounds = _fill_and_resolve(*self._arguments, self._history, state, answer)
         if code < 0:
-            plan.blame(t)
-        self._memory = Memory(state)
-        return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview)
+            self.plan.blame(t)
+        return concluded(self.plan.hierarchy, answer, state, code, rounds)
 
 
-@kernel
+@kernel_apart
 def _fill_and_resolve(
-    program, numbers, tables, q, J, placements, buffer, norm, offsets, columns, shortcut, limit, state, answer
+    program, numbers, q, J, placements, buffer, norm, shortcut, limit, history, state, answer
 ):
     """`fill_tick`, then `resolve_kernel`; code −1 where the rows are flawed."""
-    if fill_tick(program, numbers, tables, q, J, placements, buffer):
+    if fill_tick(program, numbers, q, J, placements, buffer):
         return -1, 0
-    return resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answer)
+    split = 3 + program[2] + 2
+    offsets, columns = program[3:split], program[split : split + program[1]]
+    return resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, state, answer)

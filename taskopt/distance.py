@@ -9,6 +9,8 @@ from taskopt.configuration import Configuration
 from taskopt.jit import kernel
 from taskopt.robot.collision import Collision
 
+_ROUNDING = 1e-13  # a slope [m/rad, 1] below it is none: a wheel beside its own axle
+
 
 class Measured(NamedTuple):
     """Distances (P,) [m] and the nearest points (P, 2, 3) [m] of one tick, to keep."""
@@ -34,10 +36,12 @@ class Distances:
 
     def update(self, at: Configuration) -> None:
         """Measure at a configuration, in place."""
-        self.collision.update(at.data)
-        distances_into(
-            self.collision.contact, self.collision.turn, at.joint_jacobians, self.distance, self.gradient
-        )
+        of = self.collision
+        of.update(at.data)
+        known = of.contact, of.crossed, of.turn, at.joint_jacobians, self.distance, self.gradient
+        if distances_into(*known):
+            of.remeasure()
+            distances_into(*known)
 
     @property
     def witness(self) -> Array:
@@ -50,16 +54,26 @@ class Distances:
 
 
 @kernel
-def distances_into(contact, turn, J, distance, gradient):
-    """d = n·(p₂ − p₁) and ∂d/∂q_k = ±(n·v_k + (p₁ × n)·ω_k), v_k and ω_k being column k of J."""
+def distances_into(contact, crossed, turn, J, distance, gradient):
+    """d = n·(p₂ − p₁) and ∂d/∂q_k = ±(n·v_k + (p₁ × n)·ω_k), v_k and ω_k being column k of J.
+
+    d is `crossed` and ∂d/∂q zero where n is zero. Returns whether any two witness points are the same.
+    """
+    touching = False
     for i in range(distance.size):
         nx, ny, nz = contact[i, 0], contact[i, 1], contact[i, 2]
         px, py, pz = contact[i, 3], contact[i, 4], contact[i, 5]
         distance[i] = nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
+        touching |= px == contact[i, 6] and py == contact[i, 7] and pz == contact[i, 8]
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            distance[i] = crossed[i]
         mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
         for k in range(turn.shape[1]):
             gradient[i, k] = 0.0
             if turn[i, k] != 0.0:
-                gradient[i, k] = turn[i, k] * (
+                slope = (
                     nx * J[0, k] + ny * J[1, k] + nz * J[2, k] + mx * J[3, k] + my * J[4, k] + mz * J[5, k]
                 )
+                if not abs(slope) < _ROUNDING:  # so that NaN is handed on, and found
+                    gradient[i, k] = turn[i, k] * slope
+    return touching

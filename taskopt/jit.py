@@ -34,8 +34,23 @@ event.register("numba:compile", _Announce())
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile with Numba: IEEE arithmetic, division by zero gives inf, cached on disk."""
-    compiled = numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})(function)
+    """Compile with Numba: IEEE arithmetic, division by zero gives inf, cached on disk.
+
+    It is merged into the kernels that call it, since a call with a dozen arrays costs what ten small
+    rows do.
+    """
+    return _compiled(function, merged=True)
+
+
+def kernel_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel that is long enough to stay a call: merged too, it would double the time to compile."""
+    return _compiled(function, merged=False)
+
+
+def _compiled(function: Callable[..., Any], *, merged: bool) -> Callable[..., Any]:
+    compiled = numba.njit(
+        cache=True, error_model="numpy", fastmath={"reassoc", "contract"}, forceinline=merged
+    )(function)
     _watch_callees(compiled)
     return compiled
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, finite
 from taskopt.errors import InvalidValue
+from taskopt.jit import kernel
 from taskopt.lie import exp3_into, exp6_into, jlog3_into, jlog6_into, log3_into, log6_into, relative_into
 
 
@@ -89,3 +90,19 @@ def checked_pose(name: str, value: ArrayLike) -> Array:
     if np.abs(T[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-9:
         raise InvalidValue(f"the last row of {name} must be 0 0 0 1, got {T[3]}")
     return T
+
+
+@kernel
+def is_pose(T):
+    """Whether `checked_pose` would accept T; that function finds the words, this one is for every tick."""
+    for i in range(3):
+        for j in range(i + 1):
+            dot = T[0, i] * T[0, j] + T[1, i] * T[1, j] + T[2, i] * T[2, j] - (1.0 if i == j else 0.0)
+            if not abs(dot) <= 1e-6:
+                return False
+        if not (abs(T[i, 3]) < np.inf and abs(T[3, i]) <= 1e-9):
+            return False
+    det = T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
+    det += T[0, 1] * (T[1, 2] * T[2, 0] - T[1, 0] * T[2, 2])
+    det += T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
+    return det > 0.0 and abs(T[3, 3] - 1.0) <= 1e-9

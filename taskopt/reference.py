@@ -22,6 +22,7 @@ from taskopt.space import PoseSpace, Space
 Course = Callable[[float, Array, Array], bool]
 
 _NANOSECOND = 1e-9  # i·dt may fall short of the end by rounding; that sample is a held one
+_FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 _STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding both near 1e-9
 
 
@@ -221,7 +222,7 @@ class Latest:
     def set(self, value: Any, velocity: ArrayLike | None = None) -> None:
         """Move the target; what the value must be depends on the task, whose next tick checks it."""
         rate = None if velocity is None else _numbers("velocity", velocity)
-        self._now = (_numbers("value", getattr(value, "homogeneous", value)), rate)
+        self._now = (_numbers("value", value), rate)
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (it has no time)
         seen: tuple[Array | None, Array | None] | None = None
@@ -248,9 +249,12 @@ def as_reference(value: Any) -> Reference:
     return value if isinstance(value, Reference) else Hold(value)
 
 
-def _numbers(name: str, value: ArrayLike) -> Array:
+def _numbers(name: str, value: Any) -> Array:
+    """A copy, whatever it is: an array, numbers, or a `pin.SE3`."""
+    if value.__class__ is np.ndarray and value.dtype is _FLOAT64:
+        return value.copy()
     try:
-        return np.array(value, dtype=np.float64)
+        return np.array(getattr(value, "homogeneous", value), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidValue(f"{name} must be numbers, got {value!r}") from error
 

@@ -15,7 +15,7 @@ from taskopt.compare import Tally
 
 
 class Figure(NamedTuple):
-    """One figure of a tally: as the head of a column, in words, and as text."""
+    """One figure of a tally: the head of its column (none if wide tables leave it out), in words, as text."""
 
     heading: str
     label: str
@@ -30,6 +30,11 @@ _FIGURES = (
     Figure("over\n[rad]", "position over its limit [rad]", lambda t: _number(t.position_excess)),
     Figure("limits\n[rad/s]", "velocity over its limit [rad/s]", lambda t: _number(t.velocity_excess)),
     Figure(
+        "",
+        "change of a velocity in a tick, largest [rad/s]",
+        lambda t: _number(t.continuity.jump),
+    ),
+    Figure(
         "closed\nform",
         "apart from the closed form [rad/s]",
         lambda t: _number(max(t.twin_distances, default=np.nan)),
@@ -43,10 +48,10 @@ _FIGURES = (
     Figure("p99\n[µs]", "solve time, 99 % [µs]", lambda t: _microseconds(t.seconds, 99)),
 )
 _LEGEND = (
-    "tracking: error of the first task, its rows in metres; over limits: largest position after the step, "
-    "largest velocity; closed form: largest difference to it on the same problem [rad/s], over the ticks "
-    "where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up to "
-    "1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
+    "tracking: error of the first task with a frame, its rows in metres; over limits: largest position after "
+    "the step, largest velocity; closed form: largest difference to it on the same problem [rad/s], over the "
+    "ticks where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up "
+    "to 1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
 )
 
 _ENDLESS = 1000
@@ -68,7 +73,7 @@ def wide_table(tallies: Sequence[Tally], title: str) -> Table:
     """One row a resolver."""
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("resolver", no_wrap=True)
-    figures = _figures(tallies)
+    figures = [figure for figure in _figures(tallies) if figure.heading]
     for figure in figures:
         out.add_column(Text(figure.heading), justify="right", no_wrap=True)
     for tally in tallies:
@@ -119,6 +124,9 @@ def show(tallies: Iterable[Tally], console: Console, reference: str, title: str 
             held.setdefault(_most_bound(tally), []).append(tally.resolver)
     for limits, names in held.items():
         console.print(f"{', '.join(names)} held by: {limits} of the ticks", highlight=False, markup=False)
+    for tally in tallies:
+        for sentence in tally.continuity.sentences():
+            console.print(f"{tally.resolver}: {sentence}", highlight=False, markup=False)
     for tally in tallies:
         if tally.stopped:
             console.print(f"stopped: {tally.stopped}", style="bold red", highlight=False, markup=False)

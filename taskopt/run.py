@@ -121,6 +121,17 @@ def _tick(
     return step, memory
 
 
+def tracking_error(step: Step) -> float:
+    """‖e‖ [m] of the first task with a frame and rows in metres; where there is none, of the first task."""
+    blocks = [block for block in step.hierarchy.layout.blocks if block.level > 0]
+    for block in blocks:
+        metres = np.array([unit.startswith("m") for unit in block.row_units])
+        metres &= np.isfinite(step.hierarchy.lower[block.rows])  # a task out of force misses nothing
+        if block.name in step.targets and metres.any():
+            return float(np.linalg.norm(step.errors[block.name][metres]))
+    return float(np.linalg.norm(step.errors[blocks[0].name]))
+
+
 def usable(resolution: Resolution) -> bool:
     """Whether an answer may be sent to a robot: it is finite, and is what the resolver stands for.
 

@@ -14,9 +14,10 @@ from taskopt.arrays import Array, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.jit import kernel
 from taskopt.lie import exp3_into, log3_into
-from taskopt.pose import checked_pose
+from taskopt.pose import checked_pose, is_pose
 from taskopt.robot import Robot
 
+_FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 SCALAR, CIRCLE, OTHER = 0, 1, -1  # kinds of coordinate: one number; (cos, sin); part of a larger joint
 
 
@@ -30,7 +31,7 @@ class Space(Protocol):
         ...
 
     def take(self, value: Any, start: Array, out: Array) -> None:
-        """`convert` into `out`, fast where the value is of the usual form."""
+        """`convert` into `out`, fast where the value is of the usual form; rows then check what it is."""
         ...
 
     def convert_rate(self, rate: Any) -> Array:
@@ -77,13 +78,11 @@ class PoseSpace:
             pose[:3, :3] = array
         else:
             pose[:3, 3] = array
-        return pose if _is_pose(pose) else checked_pose(self._name, pose)
+        return pose if is_pose(pose) else checked_pose(self._name, pose)
 
     def take(self, value: Any, start: Array, out: Array) -> None:
-        fast = type(value) is np.ndarray and value.shape == (4, 4) and value.dtype == np.float64
-        if not (fast and _is_pose(value)):
-            value = self.convert(value, start)
-        out[...] = value
+        fast = value.__class__ is np.ndarray and value.shape == (4, 4) and value.dtype is _FLOAT64
+        out[...] = value if fast else self.convert(value, start)
 
     def convert_rate(self, rate: Any) -> Array:
         array = np.asarray(rate)
@@ -197,22 +196,6 @@ def coordinates(robot: Robot) -> IntArray:
 
 def _shape(value: Any) -> str:
     return "×".join(map(str, np.shape(value))) or "a single number"
-
-
-@kernel
-def _is_pose(T):
-    """Whether `checked_pose` would accept T; that function finds the words, this one is for every tick."""
-    for i in range(3):
-        for j in range(i + 1):
-            dot = T[0, i] * T[0, j] + T[1, i] * T[1, j] + T[2, i] * T[2, j] - (1.0 if i == j else 0.0)
-            if not abs(dot) <= 1e-6:
-                return False
-        if not (abs(T[i, 3]) < np.inf and T[3, i] == 0.0):
-            return False
-    det = T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
-    det += T[0, 1] * (T[1, 2] * T[2, 0] - T[1, 0] * T[2, 2])
-    det += T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
-    return det > 0.0 and T[3, 3] == 1.0
 
 
 @kernel

@@ -1,8 +1,8 @@
 """Levels of tasks in strict order, limits around them, a norm: declared once, filled on every tick."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate, chain, count
+from itertools import accumulate, chain
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,12 @@ from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
 from taskopt.limit import BoundLimit, Limit, RateLimit, RowLimit
 from taskopt.limit.distance import BoundDistance
+from taskopt.pose import checked_pose
 from taskopt.problem.hierarchy import Hierarchy, LevelRows, checked_norm
-from taskopt.problem.layout import Block, Layout
+from taskopt.problem.layout import Block, Layout, numbered
 from taskopt.robot import Robot
 from taskopt.task import BoundTask, Task
+from taskopt.task.damping import BoundLevelDamping
 from taskopt.task.rows import rate_units
 from taskopt.tick import KINDS, compiled_tick, fill_tick, flawed
 
@@ -67,19 +69,20 @@ class Plan:
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
         self.dt, self.robot = dt, robot
         self.configuration = Configuration(robot, robot.neutral)
-        names = iter(_unique(task.name or task.default_name() for task in chain(*stack.levels)))
+        names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))
         bound = [[task.bind(robot, next(names)) for task in level] for level in stack.levels]
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*bound))
+        self._dampings = [found for k, level in enumerate(bound, 1) for found in _damping(level, k)]
         self.limits = limits = tuple(limit.bind(robot, dt) for limit in stack.limits)
         boxes = [limit for limit in limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in limits if isinstance(limit, RowLimit)]
         self.rate_limits = [limit for limit in limits if isinstance(limit, RateLimit)]
         _check_gains(self.tasks, dt)
         owners = chain.from_iterable(_owners(limit) for limit in boxes)
-        called = _unique(limit.name for limit in hard)
+        called = numbered(limit.name for limit in hard)
         named = tuple(zip(called, hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
-        self.layout = _layout(robot, named, bound, ("box", *_unique(owners)))
+        self.layout = _layout(robot, named, bound, ("box", *numbered(owners)))
         self.hierarchy = _empty(self.layout, checked_norm(stack.norm, robot.nv))
         self._started = False
         self._prepare(hard, boxes)
@@ -93,6 +96,8 @@ class Plan:
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:
             task.start(self.configuration, t)
+        for part in self._aimed:
+            part.aim(t)
         self._started = True
 
     def moved(self, v: Array) -> None:
@@ -120,6 +125,8 @@ class Plan:
             narrow(self.configuration, self._bounds, index)
         if flaw or (self._narrows and self._is_flawed()):
             self.blame(t)
+        for damping, level, own in self._damps:
+            damping.damp(self.hierarchy, level, own)
         return self.hierarchy
 
     def aim(self, q: Array, t: float) -> None:
@@ -127,22 +134,22 @@ class Plan:
         if not self._started:
             self._anchor(q, t)
         self.configuration.update(q)
-        for aim in self._aims:
+        for aim in self._moving:
             aim(t)
         for fill, rows in self._fills:
             fill(self.configuration, t, rows)
 
     @property
     def in_one_call(self) -> bool:
-        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: no limit narrows from Python."""
-        return not self._narrows
+        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: nothing comes after it from Python."""
+        return not self._narrows and not self._damps
 
     def _prepare(self, hard: Sequence[RowLimit], boxes: Sequence[BoundLimit]) -> None:
         """Write what never changes, and sort the rest: one kernel call, and what Python has to ask."""
         h, n = self.hierarchy, self.robot.nv
         self._bounds = h.buffer[-4 * n :].reshape(4, n)
         self._bounds[0], self._bounds[1] = -np.inf, np.inf
-        self._aims, self._fills, self._narrows = [], [], []
+        self._fills, self._narrows, self._aimed = [], [], []
         compiled: list[tuple[Any, int]] = []
         for part, block in zip([*hard, *self.tasks], self.layout.blocks, strict=True):
             rows = LevelRows(*(array[block.rows] for array in (h.A, h.lower, h.upper, h.weight)))
@@ -150,9 +157,11 @@ class Plan:
             part.prepare(rows)
             if getattr(part, "kind", None) in KINDS:
                 compiled.append((part, block.start))
-                self._aims.append(part.aim)  # type: ignore[union-attr]
+                self._aimed.append(part)
             elif not getattr(part, "constant", False):
                 self._fills.append((part.fill, rows))
+        blocks = {block.name: block.rows for block in self.layout.blocks if block.level}
+        self._damps = [(damping, k, blocks[damping.name]) for damping, k in self._dampings]
         starts = accumulate((len(_owners(limit)) for limit in boxes), initial=1)
         for index, limit in zip(starts, boxes, strict=False):
             if limit.constant:
@@ -161,14 +170,18 @@ class Plan:
                 compiled.append((limit, index))
             else:
                 self._narrows.append((limit.narrow, index))
+        self._moving = [part.aim for part in self._aimed if not part.holds]
         self.tick = compiled_tick(compiled, self.configuration, h)
 
     def _is_flawed(self) -> bool:
-        return flawed(self.hierarchy.buffer, self.robot.nv, self.layout.row_count)
+        return flawed(self.hierarchy.buffer, self.robot.nv, self.layout.columns)
 
     def blame(self, t: float) -> None:
         """Raise `InvalidValue` that names what is not finite."""
         self.robot.checked_q(self.configuration.q)
+        for task in self.tasks:
+            if task.target is not None:
+                checked_pose(f"target of '{task.name}' at t = {t:.6g} s", task.target)
         h = self.hierarchy
         for block in self.layout.blocks:
             parts = h.A[block.rows], h.lower[block.rows], h.upper[block.rows]
@@ -182,6 +195,19 @@ class Plan:
         )
 
 
+def _damping(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDamping, int]]:
+    """The damping of level k with k, if it has one, made to fit the other tasks."""
+    found = [task for task in level if isinstance(task, BoundLevelDamping)]
+    others = sum(len(task.row_names) for task in level if task not in found)
+    if len(found) > 1 or (found and not others):
+        raise InvalidValue(
+            f"'{found[0].name}' damps the other tasks of level {k}: one a level, beside at least one task"
+        )
+    for damping in found:
+        damping.fit(others)
+    return [(damping, k) for damping in found]
+
+
 def _owners(limit: BoundLimit) -> tuple[str, ...]:
     """The names that a bound of this limit may go by: its own, or one for each reason."""
     return getattr(limit, "owners", (limit.name,))
@@ -189,15 +215,6 @@ def _owners(limit: BoundLimit) -> tuple[str, ...]:
 
 def _hollow(lower: Array, upper: Array) -> bool:
     return not ((lower < np.inf) & (upper > -np.inf)).all()
-
-
-def _unique(names: Iterable[str]) -> list[str]:
-    """The names; one that is taken gets the next number that is free."""
-    taken: list[str] = []
-    for name in names:
-        numbered = (f"{name} {i}" for i in count(2))
-        taken.append(name if name not in taken else next(n for n in numbered if n not in taken))
-    return taken
 
 
 def _tuple(items: Any, what: str, kind: type) -> tuple[Any, ...]:

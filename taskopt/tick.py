@@ -12,20 +12,16 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.configuration import Configuration
-from taskopt.jit import kernel
+from taskopt.jit import kernel, kernel_apart
 from taskopt.limit.joint_acceleration import narrow_by_acceleration
 from taskopt.limit.joint_position import narrow_by_position
 from taskopt.problem.hierarchy import Hierarchy
+from taskopt.task.centre_of_mass import centre_of_mass_rows
 from taskopt.task.frame_kernel import frame_rows
 from taskopt.task.joint import joint_rows
 
-FRAME, JOINTS, POSITION_LIMIT, ACCELERATION_LIMIT = 0, 1, 2, 3
-KINDS = {
-    "frame": FRAME,
-    "joints": JOINTS,
-    "joint position limit": POSITION_LIMIT,
-    "joint acceleration limit": ACCELERATION_LIMIT,
-}
+KINDS = ("frame", "joints", "centre of mass", "joint position limit", "joint acceleration limit")
+FRAME, JOINTS, CENTRE_OF_MASS, POSITION_LIMIT = range(4)
 
 
 class Compiled(Protocol):
@@ -42,37 +38,37 @@ class Compiled(Protocol):
 
 def compiled_tick(
     parts: Sequence[tuple[Compiled, int]], at: Configuration, hierarchy: Hierarchy
-) -> tuple[Array | IntArray, ...]:
+) -> tuple[IntArray, Array, Array, Array, Array, Array]:
     """The arguments of `fill_tick` for a hierarchy.
 
     `parts`: each with the row where it begins, or with its number as owner of bounds. The box and its
     owners start on every tick as they stand in the hierarchy now.
     """
-    flat, tabular = [hierarchy.buffer[-4 * hierarchy.n :]], [np.zeros((0, 6))]
-    program = [hierarchy.n, hierarchy.layout.row_count]
+    layout = hierarchy.layout
+    program = [layout.n, layout.row_count, layout.level_count, *layout.offsets, *layout.columns]
+    pool = [hierarchy.buffer[-4 * layout.n :]]
     for part, place in parts:
-        pool = flat if part.memory.ndim == 1 else tabular
         start = sum(map(len, pool))
-        program += [KINDS[part.kind], place, start, start + len(part.memory), len(part.program)]
+        program += [KINDS.index(part.kind), place, start, start + part.memory.size, len(part.program)]
         program += part.program.tolist()
-        pool.append(part.memory)
-    numbers, tables = np.concatenate(flat), np.concatenate(tabular)
-    at_flat, at_table = len(flat[0]), 0
+        pool.append(part.memory.ravel())
+    numbers = np.concatenate(pool)
+    start = len(pool[0])
     for part, _ in parts:
-        if part.memory.ndim == 1:
-            part.use(numbers[at_flat : (at_flat := at_flat + len(part.memory))])
-        else:
-            part.use(tables[at_table : (at_table := at_table + len(part.memory))])
+        shape, stop = part.memory.shape, start + part.memory.size
+        part.use(numbers[start:stop].reshape(shape))
+        start = stop
     instructions = np.array(program, dtype=np.int64)
-    J, placements = at.joint_jacobians, at.joint_placements
-    return instructions, numbers, tables, at.q, J, placements, hierarchy.buffer
+    return instructions, numbers, at.q, at.joint_jacobians, at.joint_placements, hierarchy.buffer
 
 
-@kernel
-def fill_tick(program, numbers, tables, q, J, joint_placements, buffer):
+@kernel_apart
+def fill_tick(program, numbers, q, J, joint_placements, buffer):
     """Fill the hierarchy; True where the outcome is flawed (see `flawed`).
 
-    The program is [n, rows], then for each part its kind, row or owner, memory, length, own program.
+    The program is n, M and the number of levels, offsets and columns as in `Layout`, then for each part
+    its kind, row or owner, first and last number of its memory, and the length of its own program, which
+    follows.
     """
     n, rows = program[0], program[1]
     A = buffer[: rows * n].reshape((rows, n))
@@ -81,28 +77,36 @@ def fill_tick(program, numbers, tables, q, J, joint_placements, buffer):
     for side in range(4):
         for j in range(n):
             bounds[side, j] = numbers[side * n + j]
-    at = 2
+    start = 3 + program[2] + 2
+    at = start + rows
     while at < program.size:
-        kind, place, start, stop = program[at], program[at + 1], program[at + 2], program[at + 3]
+        kind, place, memory = program[at], program[at + 1], numbers[program[at + 2] : program[at + 3]]
         own = program[at + 5 : at + 5 + program[at + 4]]
-        if kind == FRAME:
-            frame_rows(own, J, joint_placements, tables[start:stop], A[place:], lower[place:], upper[place:])
+        if kind in (FRAME, CENTRE_OF_MASS):
+            table = memory.reshape((memory.size // 6, 6))
+            fill = A[place:], lower[place:], upper[place:]
+            if kind == FRAME:
+                frame_rows(own, J, joint_placements, table, *fill)
+            else:
+                centre_of_mass_rows(own, J, joint_placements, table, *fill)
         elif kind == JOINTS:
-            joint_rows(own, q, numbers[start:stop], lower[place:], upper[place:])
-        elif kind == ACCELERATION_LIMIT:
-            narrow_by_acceleration(own, q, numbers[start:stop], bounds, place)
+            joint_rows(own, q, memory, lower[place:], upper[place:])
+        elif kind == POSITION_LIMIT:
+            narrow_by_position(own, q, memory, bounds, place)
         else:
-            narrow_by_position(own, q, numbers[start:stop], bounds, place)
+            narrow_by_acceleration(own, q, memory, bounds, place)
         at += 5 + own.size
-    return flawed(buffer, n, rows)
+    return flawed(buffer, n, program[start : start + rows])
 
 
 @kernel
-def flawed(buffer, n, rows):
+def flawed(buffer, n, columns):
     """Whether there is NaN anywhere, inf in A, or a bound that nothing can meet; ±inf bounds are fine."""
-    bad = False
-    for i in range(rows * n):
-        bad |= not abs(buffer[i]) < np.inf
+    bad, rows = False, columns.size
+    for i in range(rows):
+        if columns[i] < 0:  # the others are unit vectors for good
+            for j in range(i * n, (i + 1) * n):
+                bad |= not abs(buffer[j]) < np.inf
     for i in range(rows * n, rows * (n + 1)):
         bad |= not (buffer[i] < np.inf and buffer[i + rows] > -np.inf)
     for j in range(rows * (n + 3), rows * (n + 3) + n):

@@ -1,15 +1,14 @@
 """The Panda's hand goes between two balls, closer together than it is wide, to where the arm is stretched.
 
-The hand keeps its orientation below the path, and gives it up to slip through: no link comes nearer than
-2 cm to a ball, or 1 cm to another link. The closed form, which knows no obstacles, drives into a ball. At
-the end the elbow is nearly straight, the ellipsoid flat: a singularity, where damping (3.59) keeps the
-joints slow.
+The hand's orientation shares the level of the path with a small weight, and gives way to slip through: no
+link comes nearer than 2 cm to a ball, or 1 cm to another link. The closed form, which knows no obstacles,
+drives into a ball. At the end the elbow is nearly straight, the ellipsoid flat: a singularity, where damping
+(3.59) keeps the joints slow.
 """
 
 from taskopt import (
     DampingTask,
     JointPositionLimit,
-    JointTask,
     JointVelocityLimit,
     Line,
     OrientationTask,
@@ -26,14 +25,14 @@ balls = [
     Sphere((0.55, -0.19, 0.58), 0.1, name="right ball"),
 ]
 path = PositionTask("panda_hand", reference=Line(by=(0.51, 0.0, -0.1), duration=3.0), gain=5.0, name="path")
-hold = OrientationTask("panda_hand", gain=2.0, name="orientation")
+hold = OrientationTask("panda_hand", gain=2.0, weight=1e-4, name="orientation")
 clear = [ObstacleLimit(balls, gain=0.02), SelfCollisionLimit()]
 
 scenario = Scenario(
     robot=Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2")),
     q0=[0.0, -0.7, 0.0, -2.3, 0.0, 1.6, 0.785],
     stack=Stack(
-        levels=[[path, DampingTask(weight=1e-3)], [hold], [JointTask(gain=1.0)]],
+        levels=[[path, hold, DampingTask(weight=1e-3)]],
         limits=[*clear, JointPositionLimit(gain=0.05), JointVelocityLimit()],
     ),
     duration=4.0,

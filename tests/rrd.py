@@ -1,11 +1,15 @@
 """Recordings read back, row by row: the oracle of what was written."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from taskopt.record.recorder import Gatherer, RunInfo
+from taskopt.record.stream import StreamSink
+from taskopt.run import Step
 
 
 def batches(file: Path, path: str = "/**") -> Iterator[Any]:
@@ -52,3 +56,19 @@ def layout_words(file: Path) -> set[str]:
                 if str(column.type) == "list<item: string>":
                     words |= {word for row in column.to_pylist() for word in row or ()}
     return words
+
+
+def written_in_pieces(info: RunInfo, steps: Sequence[Step], folder: Path) -> list[Path]:
+    """The same run recorded in batches of 7 ticks, and in one."""
+    files = []
+    for size in (7, 1000):
+        file = folder / str(size) / "run.rrd"
+        file.parent.mkdir()
+        log = Gatherer(info, [StreamSink(file)])
+        with log:
+            for k, step in enumerate(steps):
+                log.write(step)
+                if k % size == size - 1:
+                    log._flush()
+        files.append(file)
+    return files

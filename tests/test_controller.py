@@ -18,8 +18,9 @@ from taskopt import (
 )
 from taskopt.errors import InvalidValue, NotSolved, UnknownName
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory, unanswered
+from taskopt.resolver.base import Memory
 from taskopt.resolver.registry import resolver
+from taskopt.resolver.unanswered import unanswered
 from taskopt.robot import planar_arm
 from taskopt.run import run
 from taskopt.scenario import load_scenario
@@ -83,18 +84,18 @@ def test_a_start_outside_the_limits_may_stop_or_return() -> None:
     assert resolution.v[0] <= 1e-12
 
 
-def test_contradicting_limits_stop_the_loop() -> None:
+def test_a_tick_without_an_answer_stops_the_loop() -> None:
     """An answer that may not be sent to a robot is an error that keeps the resolution."""
-    control = Controller(ARM, STACK, _Infeasible())
-    with pytest.raises(NotSolved, match="infeasible; the hard limits contradict each other") as caught:
+    control = Controller(ARM, STACK, _GivesUp())
+    with pytest.raises(NotSolved, match="failed; it gave up") as caught:
         control.step(np.zeros(3), 1e-3)
     assert caught.value.resolution is not None
 
 
-class _Infeasible:
-    """Says at every tick that the limits contradict each other."""
+class _GivesUp:
+    """Says at every tick that the limits contradict each other, which is not so."""
 
-    name, strict = "infeasible", True
+    name, strict = "gives-up", True
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         return unanswered(hierarchy, Status.INFEASIBLE)

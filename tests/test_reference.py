@@ -10,6 +10,8 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.pose import exp6
 from taskopt.reference import TIMING, Circle, Function, Hold, Latest, Line, as_reference
 from taskopt.space import PoseSpace, PostureSpace
+from taskopt.stack import Stack
+from taskopt.task import FrameTask
 from tests.moving import generic_q, robot, tumbling
 
 POSES = PoseSpace("target")
@@ -166,9 +168,11 @@ def test_latest_keeps_a_copy():
     "kind", [Hold, lambda v: Line(to=v, duration=1.0), lambda v: Function(lambda t: v), Latest]
 )
 def test_what_is_no_pose_is_refused(kind, value, says):
-    """NaN, mirror images, scaled axes and wrong shapes never reach the rows."""
-    with pytest.raises(InvalidValue, match=says):
-        sample(kind(value).start(POSES, START, 0.0), 0.0)
+    """NaN, mirror images, scaled axes and wrong shapes stop the first tick, and are named."""
+    of = robot("panda")
+    plan = Stack([[FrameTask("panda_hand", reference=kind(value))]]).compile(of, 1e-3)
+    with pytest.raises(InvalidValue, match=rf"(?s)target of 'panda_hand'.*{says}"):
+        plan.at(of.posture("middle"), 0.0)
 
 
 @pytest.mark.parametrize(

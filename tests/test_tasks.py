@@ -13,6 +13,7 @@ from taskopt.arrays import Array
 from taskopt.compare import tracking_error
 from taskopt.configuration import Configuration
 from taskopt.objective import ObstacleDistance
+from taskopt.resolver.closed_form import in_range, square_inverse
 from taskopt.resolver.registry import resolver
 from taskopt.run import Step, run
 from taskopt.scenario import Scenario, load_scenario, scenario_files
@@ -106,6 +107,43 @@ def test_damping_bounds_the_velocity_beside_the_singularity() -> None:
     assert max(np.abs(step.v).max() for step in run(bare, resolver("pinv"))) > 20.0
     assert max(map(tracking_error, ran)) < 0.07
     assert tracking_error(ran[-1]) < 1e-6
+
+
+@pytest.mark.slow
+def test_a_policy_damps_only_near_the_singularity() -> None:
+    """As slow as with a constant k, and on its line to 0.1 mm where σ_min > 0.15, ten times nearer."""
+    ran = {name: steps(scenario(name)) for name in ("damped", "damping_policy")}
+    far = {
+        name: max(tracking_error(s) for s in of if abs(s.t - 1.5) > 0.9 and s.t < 3.0)
+        for name, of in ran.items()
+    }
+    assert max(np.abs(step.v).max() for step in ran["damping_policy"]) < 5.0
+    assert far["damping_policy"] < 1e-4
+    assert far["damped"] > 10.0 * far["damping_policy"]
+
+
+@pytest.mark.slow
+def test_a_square_jacobian_leaves_nothing_to_decide() -> None:
+    """J⁻¹ v on every tick, which the QP agrees with to 1e-12, and the circle to 10 µm."""
+    made = scenario("square_inverse")
+    for step in steps(made):
+        rows = step.hierarchy.level(1)
+        np.testing.assert_allclose(step.v, square_inverse(rows.A, rows.upper), rtol=0.0, atol=1e-12)
+        assert tracking_error(step) < 1e-5
+
+
+@pytest.mark.slow
+def test_at_a_singularity_the_arm_follows_across_and_stands_still_along() -> None:
+    """v in R(J) is carried out; v not in it leaves q̇ = 0, one direction of two, and an error that grows."""
+    made = scenario("singular")
+    for step in steps(made):
+        rows, review = step.hierarchy.level(1), step.resolution.review
+        across = step.t < 1.5 - 1e-9
+        assert in_range(rows.A, rows.upper) == across
+        assert review is not None
+        assert review.levels[1].rank == 1
+        np.testing.assert_allclose(step.v, [0.4 * across, 0.0], atol=1e-9)
+        np.testing.assert_allclose(tracking_error(step), max(0.0, 0.2 * (step.t - 1.5)), atol=2e-6)
 
 
 def clearance(made: Scenario, ran: list[Step]) -> float:

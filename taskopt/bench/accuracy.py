@@ -41,6 +41,7 @@ class Cell:
     polished: list[float] = field(default_factory=list)
     flagged: list[bool] = field(default_factory=list)
     default: list[float] = field(default_factory=list)  # at the solver's own defaults; inf where it gave up
+    unjudged: int = 0  # trials without a certified optimum to hold answers against
 
     @property
     def worst_unflagged(self) -> float:
@@ -98,6 +99,9 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
     goal = exact if answer.strict else answer.twin(problem)
     if room < 1.0:
         goal, exact = _optimum(resolution.problem), _optimum(problem)
+        if not (np.isfinite(goal).all() and np.isfinite(exact).all()):
+            cell.unjudged += 1
+            return
     cell.raw.append(_error(resolution.x, goal))
     cell.polished.append(_error(polish(resolution).x, goal))
     cell.flagged.append(not resolution.solved)
@@ -121,7 +125,7 @@ def _error(x: Array, exact: Array) -> float:
 
 def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     """Solver and σ_min down, k across; at most 120 columns."""
-    trials = len(cells[0].raw)
+    trials = len(cells[0].raw) + cells[0].unjudged
     binds = "bounds bind" if room < 1.0 else "nothing binds"
     out = Table(
         title=f"{binds}: relative error in q̇, largest of {trials}, {family}/<solver> and the solver alone",
@@ -144,6 +148,8 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
 
 
 def _texts(cell: Cell) -> tuple[str, str, str, str]:
+    if not cell.raw:
+        return "–", "–", "–", "–"
     share = 100.0 * float(np.mean(cell.flagged))
     return _number(max(cell.raw)), _number(max(cell.polished)), f"{share:.0f} %", _number(max(cell.default))
 
@@ -155,10 +161,15 @@ def _number(value: float) -> str:
 def verdict(cells: Sequence[Cell]) -> str:
     """The largest error that passes for solved, and what the columns mean."""
     worst = max(cells, key=lambda cell: cell.worst_unflagged)
-    flagged = float(np.mean([flag for cell in cells for flag in cell.flagged]))
+    flags = [flag for cell in cells for flag in cell.flagged]
+    flagged, judged = float(np.mean(flags)), len(flags)
+    unjudged = sum(cell.unjudged for cell in cells)
+    left_out = (
+        f"; left out, without a certified optimum: {unjudged} of {unjudged + judged}" if unjudged else ""
+    )
     return (
         f"largest error that is not flagged: {worst.worst_unflagged:.1e} ({worst.solver}, "
-        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all.\n"
+        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all{left_out}.\n"
         "raw: the solver's own answer; polished: its active set solved again; flagged: it gave up, or "
         "these two are further apart than was asked for; own defaults: normal equations, "
         f"k² or {_FLOOR:g} on the diagonal; none: no answer."

@@ -15,7 +15,7 @@ class SelfCollisionLimit:
     """No two links come nearer than `margin` [m] to each other; the damper is that of `ObstacleLimit`.
 
     `pairs`: names of links, two and two. Default: the pairs that the robot's SRDF leaves enabled; without
-    one, all but neighbours and links that overlap in every posture. One row a pair of shapes.
+    one, all but neighbours and links that are never farther apart than the margin. One row a pair of shapes.
     """
 
     margin: float = 0.01
@@ -29,7 +29,7 @@ class SelfCollisionLimit:
 
     def bind(self, robot: Robot, dt: float) -> BoundDistance:
         shapes_of(robot, None)
-        pairs = self_pairs(robot) if self.pairs is None else named_pairs(robot, self.pairs)
+        pairs = self_pairs(robot, self.margin) if self.pairs is None else named_pairs(robot, self.pairs)
         if not pairs:
             raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-collision limit out")
         collision = Collision.of_itself(robot, pairs)

@@ -20,17 +20,22 @@ from functools import cached_property
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.jit import kernel
+from taskopt.jit import kernel, kernel_apart
 from taskopt.problem.hierarchy import Hierarchy
 
 RESIDUALS = ("stationarity", "primal", "dual", "complementarity")
 TOLERANCE = 1e-8  # a residual above it is not a proof
-_AT_BOUND = 1e-9  # a multiplier or violation below it (relative) decides nothing
+_DECIDES = 1e-13  # a multiplier or violation below it, relative to its level, is rounding
+_SURE = 10.0  # and so is one below so many times the stationarity left at its level
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """KKT residuals, (levels + 1, 4), the last row for the norm; each relative to max(1, largest term)."""
+    """KKT residuals, (levels + 1, 4), the last row for the norm.
+
+    Each is relative: stationarity and prices to the scale of their level (its own gradient's largest
+    term, at least w ‖a‖² max(1, |x|) of its rows), violations to the largest term of their row.
+    """
 
     residuals: Array
 
@@ -74,43 +79,60 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     return Certificate(residuals)
 
 
-@kernel
+@kernel_apart
 def certify_kernel(buffer, norm, offsets, columns, x, y, out):
-    """Fill `out` (levels + 1, 4) with the residuals of (x, y); the formula is the module's."""
+    """Fill `out` (levels + 1, 4) with the residuals of (x, y), and return the worst, inf for NaN."""
     n, rows, levels = x.size, offsets[-1], offsets.size - 2
     A = buffer[: rows * n].reshape((rows, n))
     bounds = buffer[rows * n :]
     lower, upper, weight = bounds[:rows], bounds[rows : 2 * rows], bounds[2 * rows : 3 * rows]
     box_lower, box_upper = bounds[3 * rows : 3 * rows + n], bounds[3 * rows + n : 3 * rows + 2 * n]
-    settled, work = np.zeros(n + rows, dtype=np.bool_), np.empty(rows + n)
-    value, gradient = work[:rows], work[rows:]
-    primal = _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled)
+    settled, work = np.empty(n + rows, dtype=np.bool_), np.empty(3 * rows + n)
+    value, factor, size = work[:rows], work[rows : 2 * rows], work[2 * rows : 3 * rows]
+    gradient, reach = work[3 * rows :], max(1.0, largest_entry(x))
+    primal = _feasibility(
+        A, lower, upper, weight, box_lower, box_upper, offsets, columns, x, value, factor, size, settled
+    )
+    worst = 0.0
     for k in range(levels + 1):
-        own = offsets[k + 1]
-        largest = _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y[k], gradient)
-        stationarity, dual, complementarity = 0.0, 0.0, 0.0
+        own, end = offsets[k + 1], offsets[min(k + 2, levels + 1)]
+        scale = _gradient(
+            A, weight, factor, size, norm, columns, own, end, k == levels, x, reach, y[k], gradient
+        )
+        residual, inverse = largest_entry(gradient), 1.0 / scale
+        counts = max(_DECIDES * scale, _SURE * residual)
+        dual, complementarity = 0.0, 0.0
         for j in range(n):
-            stationarity = max(stationarity, abs(gradient[j]))
-            wrong, slack = _sign(y[k, j] / largest, x[j], box_lower[j], box_upper[j], settled[j])
-            dual, complementarity = max(dual, wrong), max(complementarity, slack)
-            settled[j] |= wrong == 0.0 and abs(y[k, j]) > _AT_BOUND * largest
+            if y[k, j] != 0.0 and not settled[j]:
+                wrong, slack = _sign(y[k, j] * inverse, x[j], box_lower[j], box_upper[j])
+                dual, complementarity = max(dual, wrong), max(complementarity, slack)
+                settled[j] = wrong == 0.0 and abs(y[k, j]) > counts
         for i in range(own):
             if y[k, n + i] != 0.0 and not settled[n + i]:
-                wrong, slack = _sign(y[k, n + i] / largest, value[i], lower[i], upper[i], False)
+                price, unit = y[k, n + i] * size[i], 1.0 / size[i]
+                wrong, slack = _sign(price * inverse, value[i] * unit, lower[i] * unit, upper[i] * unit)
                 dual, complementarity = max(dual, wrong), max(complementarity, slack)
-                settled[n + i] = wrong == 0.0 and abs(y[k, n + i]) > _AT_BOUND * largest
-        out[k, 0] = stationarity / largest
-        out[k, 1] = primal
-        out[k, 2] = dual
-        out[k, 3] = complementarity
-        for residual in range(4):
-            if np.isnan(out[k, residual]):
-                out[k, residual] = np.inf
+                settled[n + i] = wrong == 0.0 and abs(price) > counts
+        for i in range(own, end):
+            if factor[i] != 0.0:
+                gap = max(lower[i] - value[i], value[i] - upper[i])
+                settled[n + i] |= gap > _DECIDES * size[i] * reach and abs(factor[i]) * size[i] > counts
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = residual * inverse, primal, dual, complementarity
+        for kind in range(4):
+            if np.isnan(out[k, kind]):
+                out[k, kind] = np.inf
+            worst = max(worst, out[k, kind])
+    return worst
 
 
 @kernel
-def _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, value, settled):
-    """A x into `value`; rows whose multiplier may have either sign into `settled`; the worst violation."""
+def _feasibility(
+    A, lower, upper, weight, box_lower, box_upper, offsets, columns, x, value, factor, size, settled
+):
+    """A x into `value`, w d into `factor`, each row's norm into `size`, equalities into `settled`.
+
+    Returns the worst violation of box and hard rows.
+    """
     n = x.size
     primal, missing = 0.0, False
     for j in range(n):
@@ -119,65 +141,76 @@ def _feasibility(A, lower, upper, box_lower, box_upper, offsets, columns, x, val
         settled[j] = box_lower[j] == box_upper[j]
         missing |= np.isnan(x[j])
     for i in range(lower.size):
-        scale = 1.0
         if columns[i] >= 0:
-            value[i] = x[columns[i]]
+            value[i], size[i] = x[columns[i]], 1.0
         else:
-            total = 0.0
+            total, squares = 0.0, 0.0
             for j in range(n):
-                term = A[i, j] * x[j]
-                total += term
-                scale = max(scale, abs(term))
-            value[i] = total
+                total += A[i, j] * x[j]
+                squares += A[i, j] * A[i, j]
+            value[i], size[i] = total, np.sqrt(squares) if squares > 0.0 else 1.0
         gap = max(lower[i] - value[i], value[i] - upper[i])
         missing |= np.isnan(gap)
+        factor[i] = 0.0
         settled[n + i] = lower[i] == upper[i]
         if i < offsets[1]:
-            primal = max(primal, gap / scale)
-        else:
-            settled[n + i] |= gap > _AT_BOUND * scale
+            primal = max(primal, gap / max(size[i], _largest_term(A, i, x)))
+        elif gap > 0.0:
+            factor[i] = weight[i] * (gap if value[i] > upper[i] else -gap)
     return np.inf if missing else primal
 
 
 @kernel
-def _gradient(A, lower, upper, weight, norm, offsets, columns, k, x, value, y, gradient):
-    """Own gradient of level k plus multipliers times rows, into `gradient` (n,); the largest term."""
-    n, levels = x.size, offsets.size - 2
-    own, end = offsets[k + 1], offsets[min(k + 2, levels + 1)]
-    largest = 1.0
-    for j in range(n):
-        gradient[j] = y[j]
-        largest = max(largest, abs(y[j]))
-        if k == levels:
-            term = norm[j] * x[j] if norm.size == n else norm[j * n : (j + 1) * n] @ x
-            gradient[j] += term
-            largest = max(largest, abs(term))
-    for i in range(end):
-        if i < own:
-            factor = y[n + i]
-        else:
-            factor = weight[i] * (value[i] - min(max(value[i], lower[i]), upper[i]))
-        if factor == 0.0:
-            continue
-        if columns[i] >= 0:
-            gradient[columns[i]] += factor
-            largest = max(largest, abs(factor))
-        else:
-            for j in range(n):
-                term = factor * A[i, j]
-                gradient[j] += term
-                largest = max(largest, abs(term))
+def _largest_term(A, i, x):
+    largest = 0.0
+    for j in range(x.size):
+        largest = max(largest, abs(A[i, j] * x[j]))
     return largest
 
 
 @kernel
-def _sign(y, value, lower, upper, settled):
+def _gradient(A, weight, factor, size, norm, columns, own, end, last, x, reach, y, gradient):
+    """Gradient of a level plus multipliers times rows, into `gradient` (n,); returns the level's scale.
+
+    The scale is what the level's own gradient is made of, and at least what its rows give for an x of
+    size `reach`. Multipliers do not count: two that cancel would make anything look small.
+    """
+    n, scale = x.size, 0.0
+    gradient[:] = 0.0
+    for j in range(n if last else 0):
+        gradient[j] = norm[j] * x[j] if norm.size == n else norm[j * n : (j + 1) * n] @ x
+        scale = max(scale, abs(gradient[j]), (norm[j] if norm.size == n else norm[j * n + j]) * reach)
+    for i in range(own, end):
+        scale = max(scale, abs(factor[i]) * size[i], weight[i] * size[i] * size[i] * reach)
+    for j in range(n):
+        gradient[j] += y[j]
+    for i in range(end):
+        price = y[n + i] if i < own else factor[i]
+        if price == 0.0:
+            continue
+        if columns[i] >= 0:
+            gradient[columns[i]] += price
+        else:
+            for j in range(n):
+                gradient[j] += price * A[i, j]
+    return scale if scale > 0.0 else 1.0
+
+
+@kernel
+def largest_entry(x):
+    """max |x_j|, NaN if there is one: bits of positive numbers are ordered as they are, and vectorise."""
+    bits = np.int64(0)
+    for j in range(x.size):
+        bits = max(bits, np.float64(abs(x[j])).view(np.int64))
+    return np.int64(bits).view(np.float64)
+
+
+@kernel
+def _sign(y, value, lower, upper):
     """How far the sign of y (relative to its level) is wrong, and min(|y|, distance to the nearer bound).
 
     The minimum, not the product: a product of 1e-14 may hide a distance of 1e-7.
     """
-    if y == 0.0 or settled:
-        return 0.0, 0.0
     to_lower, to_upper = abs(value - lower), abs(upper - value)
     wrong = max(-y, 0.0) if to_upper <= to_lower else max(y, 0.0)
     return wrong, min(abs(y), min(to_lower, to_upper) / max(1.0, abs(value)))

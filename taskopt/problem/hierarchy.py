@@ -10,7 +10,7 @@ d_i being the distance of (A x)_i to its interval. Kanoun, Lamiraux and Wieber (
 Robotics 27(4); Escande, Mansard and Wieber (2014), Int. J. Robotics Research 33(7).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, bound, finite
 from taskopt.errors import Infeasible, InvalidValue
-from taskopt.problem.layout import Block, Layout
+from taskopt.problem.layout import Block, Layout, numbered
 
 
 class Level:
@@ -86,7 +86,7 @@ class Hierarchy:
     """Levels of rows in strict order, hard limits around them, and the norm of what stays free.
 
     `levels`: `Level`s, or (A, b) pairs, highest priority first. `box`: bounds (lower, upper) on x,
-    (n,) each. `limits`: a `Level` whose rows must hold. `norm`: W, the diagonal (n,) or symmetric
+    (n,) each. `limits`: a `Level` (or pair) whose rows must hold. `norm`: W, the diagonal (n,) or symmetric
     positive definite (n, n); default identity. `unknowns`: names of x. Raises `InvalidValue` for
     wrong shapes or NaN, and `Infeasible` where a lower bound exceeds its upper bound.
     """
@@ -95,17 +95,20 @@ class Hierarchy:
         self,
         levels: Sequence[Level | tuple[Any, Any]],
         box: tuple[ArrayLike, ArrayLike] | None = None,
-        limits: Level | None = None,
+        limits: Level | tuple[Any, Any] | None = None,
         norm: ArrayLike | None = None,
         unknowns: Sequence[str] = (),
     ) -> None:
-        ranks = [level if isinstance(level, Level) else Level(*level) for level in levels]
-        n = _common_columns([*ranks, *([limits] if limits else [])], box)
-        self.layout = _layout(ranks, limits, n, unknowns)
+        if isinstance(levels, Level) or not isinstance(levels, Iterable):
+            raise InvalidValue(f"levels must be a sequence of levels, got {type(levels).__name__}")
+        ranks = [_as_level(level, "a level") for level in levels]
+        hard = [] if limits is None else [_as_level(limits, "limits")]
+        n = _common_columns([*ranks, *hard], box)
+        self.layout = _layout(ranks, hard[0] if hard else None, n, unknowns)
         self.norm = checked_norm(norm, n)
         self.buffer = np.empty(self.layout.size)
         self.owner[:] = 0.0
-        stacked = ([limits] if limits else []) + ranks
+        stacked = hard + ranks
         if stacked:
             self.A[:] = np.vstack([level.A for level in stacked])
             self.lower[:] = np.concatenate([level.lower for level in stacked])
@@ -139,6 +142,16 @@ class Hierarchy:
         from taskopt.problem.hierarchy_file import read
 
         return read(Path(path))
+
+    @property
+    def norm(self) -> Array:
+        """W, (n,) or (n, n), read-only: copies and resolutions share it."""
+        return self._norm
+
+    @norm.setter
+    def norm(self, W: Array) -> None:
+        self._norm = W.view()
+        self._norm.flags.writeable = False
 
     @property
     def n(self) -> int:
@@ -227,8 +240,8 @@ def _common_columns(levels: Sequence[Level], box: tuple[ArrayLike, ArrayLike] | 
     """The number of unknowns that all parts agree on."""
     sizes = {level.A.shape[1] for level in levels}
     if box is not None:
-        if len(box) != 2:
-            raise InvalidValue(f"box must be a pair (lower, upper), got {len(box)} items")
+        if not isinstance(box, Sequence | np.ndarray) or len(box) != 2:
+            raise InvalidValue(f"box must be a pair (lower, upper), got {box!r}")
         sizes |= {int(np.size(side)) for side in box}
     if len(sizes) != 1:
         what = "no level and no box" if not sizes else f"columns {sorted(sizes)}"
@@ -237,20 +250,29 @@ def _common_columns(levels: Sequence[Level], box: tuple[ArrayLike, ArrayLike] | 
 
 
 def _layout(ranks: Sequence[Level], limits: Level | None, n: int, unknowns: Sequence[str]) -> Layout:
-    if unknowns and len(unknowns) != n:
-        raise InvalidValue(f"unknowns must be {n} names, got {len(unknowns)}")
+    """Blocks in order, each under a name of its own."""
+    if unknowns and (len(unknowns) != n or len(set(unknowns)) != n):
+        raise InvalidValue(f"unknowns must be {n} names, each different, got {tuple(unknowns)}")
+    parts = [(k, level) for k, level in enumerate([limits, *ranks]) if level is not None]
+    names = numbered(level.name or (f"level {k}" if k else "limits") for k, level in parts)
     blocks: list[Block] = []
     start = 0
-    for k, level in [(0, limits), *enumerate(ranks, start=1)]:
-        if level is None:
-            continue
+    for name, (k, level) in zip(names, parts, strict=True):
         m = len(level.lower)
-        name = level.name or ("limits" if k == 0 else f"level {k}")
         rows = tuple(f"row {i}" for i in range(m))
         blocks.append(Block(name, k, start, start + m, rows, ("",) * m))
         start += m
-    names = tuple(unknowns) or tuple(f"x{j}" for j in range(n))
-    return Layout(names, tuple(blocks), len(ranks))
+    of_x = tuple(unknowns) or tuple(f"x{j}" for j in range(n))
+    return Layout(of_x, tuple(blocks), len(ranks))
+
+
+def _as_level(value: Any, what: str) -> Level:
+    """A `Level`, or an (A, b) pair made one."""
+    if isinstance(value, Level):
+        return value
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise InvalidValue(f"{what} must be a Level or a pair (A, b), got {type(value).__name__}")
+    return Level(*value)
 
 
 def _ordered(lower: Array, upper: Array, name: str) -> None:

@@ -4,12 +4,23 @@ A hierarchy is rows and bounds at one tick. They live in a single float64 array,
 handed to a compiled kernel, copied, or logged as one thing.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 
 from taskopt.arrays import IntArray
+
+
+def numbered(names: Iterable[str]) -> list[str]:
+    """The names; one that is taken gets the next number that is free."""
+    taken: list[str] = []
+    for name in names:
+        free = (f"{name} {i}" for i in count(2))
+        taken.append(name if name not in taken else next(n for n in free if n not in taken))
+    return taken
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from taskopt.arrays import Array, finite
 from taskopt.problem.certificate import Certificate, certify
 from taskopt.problem.hierarchy import Hierarchy
 
-NEAR = 1e-7  # a row is at its bound if it is nearer than this, relative to max(1, largest term)
+NEAR = 1e-8  # a row is at its bound if it is nearer than this, relative to max(1, largest term)
 _NOTHING = 1e-13  # a gradient below it needs no multipliers: it is stationary as it is
+_RANK = 1e-10  # rows that depend on each other but for less take no multipliers of that size
 _DECIDES = 1e-9  # as in the certificate: a violation below it settles nothing
 
 
@@ -72,7 +73,7 @@ def _fit(gradient: Array, free: Array, signed: Array, side: Array) -> tuple[Arra
         rest, columns = gradient, (signed * side[:, None]).T
         if len(free):
             _, sigma, Vt = np.linalg.svd(free, full_matrices=False)
-            basis = Vt[sigma > 1e-12 * sigma[0]]
+            basis = Vt[sigma > _RANK * sigma[0]]
             rest = rest - basis.T @ (basis @ rest)
             columns = columns - basis.T @ (basis @ columns)
         if np.abs(rest).max() > 1e-14 * np.abs(gradient).max():
@@ -80,7 +81,7 @@ def _fit(gradient: Array, free: Array, signed: Array, side: Array) -> tuple[Arra
     if not len(free):
         return np.empty(0), price
     left = gradient + signed.T @ price
-    return np.asarray(np.linalg.lstsq(free.T, -left, rcond=1e-12)[0], dtype=np.float64), np.asarray(price)
+    return np.asarray(np.linalg.lstsq(free.T, -left, rcond=_RANK)[0], dtype=np.float64), np.asarray(price)
 
 
 def _non_negative(columns: Array, target: Array) -> Array:

@@ -47,6 +47,8 @@ class Resolution:
     Everything else is derived when asked for.
     """
 
+    notes: tuple[str, ...] = ()  # what was done to get an answer at all, in sentences
+
     def __init__(
         self,
         source: Hierarchy,
@@ -59,7 +61,6 @@ class Resolution:
         self.source, self.answer, self.state = source, answer, state
         self.status, self.iterations = status, iterations
         self._reviewer = reviewer
-        self.notes: tuple[str, ...] = ()  # what was done to get an answer at all, in sentences
         self.x: Array = answer[: source.layout.n]  # the unknowns, (n,)
 
     @cached_property

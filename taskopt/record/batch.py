@@ -118,6 +118,12 @@ class Batch:
         """Actual pose of a frame task, (k, 4, 4)."""
         return np.array([step.actuals[task] for step in self.steps])
 
+    def in_force(self, task: str) -> Mask:
+        """Whether a task asks for anything, (k,): before its time, and after it, its rows have no bounds."""
+        rows = next(block.rows for block in self.layout.blocks if block.level and block.name == task)
+        asks = np.isfinite(self.lower[:, rows]) | np.isfinite(self.upper[:, rows])
+        return np.asarray(asks.any(axis=1))
+
     @cached_property
     def frame_tasks(self) -> tuple[str, ...]:
         """Tasks that have a desired and an actual pose."""
@@ -160,11 +166,10 @@ class Batch:
 
     @cached_property
     def bounded(self) -> Mask:
-        """(n + M,) whether a row is a limit or an inequality: an equality is always met or missed."""
-        layout = self.layout
-        rows: Mask = np.any(self.lower < self.upper, axis=0)
-        rows[layout.rows_of_level(0)] = True
-        return np.concatenate([np.ones(layout.n, dtype=bool), rows])
+        """(k, n + M) whether a row is a limit or an inequality: an equality is always met or missed."""
+        rows: Mask = self.lower < self.upper
+        rows[:, self.layout.rows_of_level(0)] = True
+        return np.hstack([np.ones((len(rows), self.layout.n), dtype=bool), rows])
 
     @cached_property
     def state(self) -> StateArray:

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.record.batch import Batch
+from taskopt.record.continuity import Continuity
 from taskopt.record.recorder import RunInfo
 from taskopt.record.violation import LimitGauge
+from taskopt.run import tracking_error
 
 CARD = "/run/card"
 _SHOWN = 5  # limits named in the summary
@@ -17,6 +19,7 @@ _SHOWN = 5  # limits named in the summary
 class Outcome:
     """What the batches of one resolver come to, so far."""
 
+    continuity: Continuity
     ticks: int = 0
     certified: int = 0
     bound: int = 0
@@ -28,7 +31,7 @@ class Outcome:
     seconds: list[np.ndarray] = field(default_factory=list)
     limits: Counter[str] = field(default_factory=Counter)
 
-    def add(self, batch: Batch, gauge: LimitGauge, first_task: str | None) -> None:
+    def add(self, batch: Batch, gauge: LimitGauge) -> None:
         """Take a batch in."""
         self.ticks += len(batch.steps)
         self.certified += int(batch.certified.sum())
@@ -39,19 +42,20 @@ class Outcome:
             least = float(batch.distance(limit).min())
             self.nearest[limit] = min(self.nearest.get(limit, np.inf), least)
         self.seconds.append(batch.seconds)
+        for step in batch.steps:
+            self.continuity.add(step)
         code = batch.active_code
         self.bound += int((code != 0).any(axis=1).sum())
         for row, value in {(int(r), int(c)) for r, c in _pairs(code)}:
             self.limits[batch.active_name(row, value)] += int((code[:, row] == value).sum())
-        if first_task is not None:
-            apart = batch.target(first_task)[:, :3, 3] - batch.actual(first_task)[:, :3, 3]
-            self.error = max(self.error, float(np.linalg.norm(apart, axis=1).max()))
+        if batch.steps[0].targets:
+            self.error = max(self.error, *map(tracking_error, batch.steps))
 
     def row(self, name: str) -> str:
         """A line of the Markdown table."""
         times = np.concatenate(self.seconds) * 1e6
         figures = (
-            f"{1e3 * self.error:.2g}",
+            f"{1e3 * self.error:.3g}",
             _excess(self.position),
             _excess(self.velocity),
             *(f"{1e3 * least:.3g}" for least in self.nearest.values()),
@@ -66,7 +70,10 @@ class Outcome:
         """What bound most often."""
         most = self.limits.most_common(_SHOWN)
         words = ", ".join(f"{limit} {_share(n, self.ticks)}" for limit, n in most)
-        return f"- **{name}**: {words or 'nothing ever bound'}"
+        return "\n".join([f"- **{name}**: {words or 'nothing ever bound'}", *self._continuity()])
+
+    def _continuity(self) -> list[str]:
+        return [f"    - {sentence}" for sentence in self.continuity.sentences()]
 
 
 class Card:
@@ -74,14 +81,10 @@ class Card:
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
         self._info, self._gauge = info, gauge
-        self._outcomes = {name: Outcome() for name in info.resolvers}
-        framed = [
-            task.name for task in info.plan.tasks if task.target is not None and task.actual is not None
-        ]
-        self._first = framed[0] if framed else None
+        self._outcomes = {name: Outcome(Continuity(info.plan)) for name in info.resolvers}
 
     def take(self, batch: Batch) -> None:
-        self._outcomes[batch.resolver].add(batch, self._gauge, self._first)
+        self._outcomes[batch.resolver].add(batch, self._gauge)
 
     def text(self, status: str) -> str:
         """The card; `status` is running, finished or interrupted."""
@@ -122,7 +125,8 @@ _HEADINGS = (
     "worst KKT", "proven", "solve p50 [µs]",
 )  # fmt: skip
 _GUIDE = """### How to read it
-- White: the desired path and pose. Coloured: where the frame went. Red: the error between them.
+- White: the desired path and pose, the box or cone to stay in. Coloured: where the frame went. \
+Red: the error between them.
 - Yellow ellipsoid: velocities that the frame can reach with ‖v‖ ≤ 1; flat where it is near a singularity.
 - q and v run between their limits, drawn at ±1. A lane is red while the upper limit binds, blue while the \
 lower does, yellow where an answer that knows no limits is over it.

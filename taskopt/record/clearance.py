@@ -8,6 +8,7 @@ from taskopt.record.glyphs import drawable
 from taskopt.record.obstacle3d import declared_obstacles, draw_obstacles
 from taskopt.record.palette import (
     BROKEN,
+    HELD_LABEL,
     LIMIT_LINE,
     NEAR,
     UPPER,
@@ -110,7 +111,7 @@ class Clearance:
         least = distance[some].argmin(axis=1)
         label = rr.Points3D.columns(
             positions=points[some, least].mean(axis=1),
-            colors=paint[some, least],
+            colors=np.where(paint[some, least] == UPPER, HELD_LABEL, paint[some, least]).astype(np.uint32),
             labels=[f"{1e3 * value:.0f} mm" for value in distance[some, least]],
         )
         stage.columns(f"{path}/least", index, time, label.partition(np.minimum(count, 1)))

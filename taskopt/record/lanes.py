@@ -20,6 +20,7 @@ _CAUSES = {  # limits have lanes of their own
     "damping": "damping keeps it apart from its closed form",
     "accuracy": "its accuracy is less than was asked for",
 }
+_ANY, _ANY_WORDS = "any_limit", ("none binds", "binds")
 _PAIR = {"lower": "held off", "over lower": "too fast"}  # what the row of a distance says
 _OUTSIDE = 1e-9  # [rad], [m] beyond which a limit counts as broken
 
@@ -48,6 +49,8 @@ class Lanes:
         before = self._code.get(batch.resolver, np.zeros(code.shape[1], dtype=np.int64))
         first = batch.resolver not in self._code
         self._code[batch.resolver] = code[-1]
+        if code.size:
+            self._any(stage, batch, bool(before.any()), np.asarray(code.any(axis=1)), first)
         steps = np.vstack([before, code])
         events = []
         for lane in np.flatnonzero((steps[1:] != steps[:-1]).any(axis=0) | (first & (before != code[0]))):
@@ -58,6 +61,20 @@ class Lanes:
                 old, new = int(steps[k, lane]), int(steps[k + 1, lane])
                 events.append((int(k), *_event(batch, row, old, new)))
         return events
+
+    def _any(self, stage: Stage, batch: Batch, before: bool, binds: Mask, first: bool) -> None:
+        """One lane for all of them, so that there is one where nothing ever binds."""
+        import rerun as rr
+
+        path = of(batch.resolver, "active", _ANY)
+        turns = np.flatnonzero(binds != np.concatenate([[not binds[0] if first else before], binds[:-1]]))
+        if first:
+            look = rr.StateConfiguration(values=[*_ANY_WORDS], colors=colours(FREE, UPPER))
+            stage.static(path, look)
+        if len(turns):
+            words = [_ANY_WORDS[int(binds[k])] for k in turns]
+            states = rr.StateChange.columns(state=words)
+            stage.columns(path, batch.index[turns], batch.time[turns], states)
 
     def _lane(self, stage: Stage, batch: Batch, row: int, where: Any, code: Any) -> None:
         import rerun as rr

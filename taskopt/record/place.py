@@ -41,7 +41,7 @@ class Place:
             return centre + np.array([0.0, 0.0, span]), centre, np.array([0.0, 1.0, 0.0])
         sideways = -0.55 if count == 1 else -0.25 if count == self.columns else 0.0
         toward = np.array([1.0, sideways, 0.9 if self.crowded else 0.4])
-        near = 0.85 if self.crowded else 0.95
+        near = 0.85 if self.crowded else 1.35 if count == 1 else 0.95
         return centre + near * span * toward / np.linalg.norm(toward), centre, np.array([0.0, 0.0, 1.0])
 
 

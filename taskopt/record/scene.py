@@ -12,6 +12,7 @@ from taskopt.record.obstacle3d import corners, declared_obstacles
 from taskopt.record.palette import ELLIPSOID, ERROR, TARGET, colours, part, resolver_colour, slug
 from taskopt.record.place import place_for
 from taskopt.record.recorder import RunInfo
+from taskopt.record.region3d import Regions
 from taskopt.record.robot3d import RobotDrawing
 from taskopt.record.series import rows_in
 from taskopt.record.stage import Stage
@@ -39,6 +40,7 @@ class Scene:
         known = [self._robot.corners(q0), *self._desired.values()]
         self.place = place_for(known, len(info.resolvers), around)
         self._scale = self._ellipsoid_scale()
+        self._regions = Regions(info, self.place)
 
     def draw(self, stage: Stage) -> None:
         """Log what does not move: the shapes, the names, the colours."""
@@ -52,6 +54,7 @@ class Scene:
             self._robot.draw(stage, f"{path}/robot", colour if several else None)
             self._robot.move(stage, f"{path}/robot", *_start(), self._info.scenario.start[None])
             self._draw_signs(stage, path, colour)
+            self._regions.draw(stage, path)
             if several:
                 self._draw_label(stage, path, colour, name)
 
@@ -95,6 +98,7 @@ class Scene:
         pick = batch.every(DETAIL, self._dt)
         if not len(pick):
             return
+        self._regions.send(stage, path, batch, pick)
         for task in batch.frame_tasks:
             self._paths(stage, batch, task, pick, f"{path}/task/{part(task)}")
         if self._tracked is not None:
@@ -104,7 +108,8 @@ class Scene:
         import rerun as rr
 
         tick, time = batch.index[pick], batch.time[pick]
-        target, actual = batch.target(task)[pick], batch.actual(task)[pick]
+        actual = batch.actual(task)[pick]
+        target = np.where(batch.in_force(task)[pick, None, None], batch.target(task)[pick], actual)
         placed = task in self._placed  # else it turns the frame wherever that is
         rotation, place = target[:, :3, :3].reshape(-1, 9), (target if placed else actual)[:, :3, 3]
         axes = rr.Transform3D.columns(translation=place, mat3x3=rotation)

@@ -93,7 +93,7 @@ class Series:
         lines = [_extreme(batch.price[:, rows]) for _, rows in priced_lines(self._info)]
         plot(of(name, "multiplier"), np.column_stack(lines))
         for task in self._info.plan.tasks:
-            error = batch.error(task.name)
+            error = np.where(batch.in_force(task.name)[:, None], batch.error(task.name), np.nan)
             plot(of(name, "task", task.name, "error"), error)
             for unit in UNITS:
                 rows = rows_in(task, unit)

@@ -1,6 +1,8 @@
 """`active-set`: the closed form where it holds, else the exact hierarchy, warm from the last tick.
 
-Its memory is the active set alone, so that a logged tick can be resolved again exactly.
+Its memory is two active sets and a sign, so that a logged tick can be resolved again exactly. Where a
+target is out of reach, tasks with high gains throw joints from one limit to the other and back; the
+active set of two ticks ago is then the better guess.
 """
 
 from dataclasses import dataclass
@@ -8,13 +10,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from taskopt.arrays import Array
-from taskopt.jit import kernel
-from taskopt.problem.certificate import certify_kernel
+from taskopt.arrays import Array, StateArray
+from taskopt.jit import kernel, kernel_apart
+from taskopt.problem.certificate import TOLERANCE, certify, certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Layout
+from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory
+from taskopt.resolver.base import Memory, checked
 from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.normal_tick import ACCEPTED, AGAIN, REFUSED, normal_tick
 from taskopt.resolver.review import TickReview
@@ -22,7 +25,8 @@ from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
 TRIES = 4  # of the closed form, each a bound of the box apart; a tick seldom changes more
-STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED)
+UNPROVEN = 4  # done, but the certificate refuses
+STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED, Status.FAILED)
 
 
 @dataclass(frozen=True)
@@ -35,21 +39,23 @@ class ActiveSet:
     """
 
     shortcut: bool = True
-    iterations: int = 500
+    iterations: int = 1500
     name: str = "active-set"
     strict: bool = True
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        layout = hierarchy.layout
-        if memory is None:
-            memory = _nothing_active(layout)
+        layout, memory = hierarchy.layout, checked(memory, hierarchy.layout)
         if hierarchy.norm.ndim == 2:
-            return resolve_whitened(self, hierarchy, memory)
-        state = memory.state.copy()
-        answer = np.empty(layout.answer_size)
+            return resolve_whitened(self, hierarchy, memory or _nothing_active(layout))
+        history, width = new_history(layout), layout.width
+        if memory is not None:
+            before = memory.state if memory.before is None else memory.before
+            history[:width], history[width : 2 * width], history[-1] = memory.state, before, memory.swings
+        state, answer = np.empty(width, np.int8), np.empty(layout.answer_size)
         problem = hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns
-        code, rounds = resolve_kernel(*problem, self.shortcut, self.iterations, state, answer)
-        return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview), Memory(state)
+        code, rounds = resolve_kernel(*problem, self.shortcut, self.iterations, history, state, answer)
+        kept = Memory(state, before=history[width : 2 * width], swings=bool(history[-1]))
+        return concluded(hierarchy, answer, state, code, rounds), kept
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         from taskopt.resolver.closed_form import task_priority
@@ -57,17 +63,39 @@ class ActiveSet:
         return task_priority(hierarchy)
 
 
+def concluded(hierarchy: Hierarchy, answer: Array, state: StateArray, code: int, rounds: int) -> Resolution:
+    """What `resolve_kernel` filled, as a resolution; an x that is not proven gets a second hearing.
+
+    Where two rows agree but for rounding, the prices that the walk ends with may be the wrong ones
+    though x is right: then those decide that speak best for x. What stays unproven has failed.
+    """
+    if code == UNPROVEN:
+        n = hierarchy.n
+        y = find_multipliers(hierarchy, answer[:n])
+        certificate = certify(hierarchy, answer[:n], y)
+        if certificate.proves():
+            code, stop = 0, n + y.size
+            answer[n:stop], answer[stop : stop + 4 * len(y)] = y.ravel(), certificate.residuals.ravel()
+    return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview)
+
+
 @lru_cache(maxsize=64)
 def _nothing_active(layout: Layout) -> Memory:
-    return Memory(np.zeros(layout.n + layout.row_count, dtype=np.int8))
+    return Memory(np.zeros(layout.width, dtype=np.int8))
 
 
-@kernel
-def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answer):
+def new_history(layout: Layout) -> StateArray:
+    """What `resolve_kernel` keeps from tick to tick, before the first: the last active set, the one
+    before, and whether they swing (see `Memory`)."""
+    return np.zeros(2 * layout.width + 1, dtype=np.int8)
+
+
+@kernel_apart
+def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, state, answer):
     """One tick: closed form if it is accepted, else the walk; then the certificate.
 
-    Fills `answer` (x, multipliers, certificate, the problem) and `state`; returns (status code,
-    factorisations), zero factorisations meaning the closed form.
+    Fills `answer` (x, multipliers, certificate, the problem) and `state`, and brings `history` up to
+    date; returns (status code, factorisations), zero factorisations meaning the closed form.
     """
     n, rows, levels = norm.size, offsets[-1], offsets.size - 2
     width = n + rows
@@ -80,31 +108,53 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, state, answe
     stop = n + (levels + 1) * (width + 4)
     residuals = answer[n + (levels + 1) * width : stop].reshape((levels + 1, 4))
     copy_into(answer[stop:], buffer)
+    _recall(history, state)
+    rows_and_box = A, lower, upper, weight, box_lower, box_upper
     code, rounds = 0, 0
     verdict, trial = REFUSED, state.copy()
     for _ in range(TRIES if shortcut else 0):
-        verdict = normal_tick(
-            A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, trial, x, y
-        )
+        verdict = normal_tick(*rows_and_box, norm, offsets, columns, trial, x, y)
         if verdict != AGAIN:
             break
     if verdict == ACCEPTED:
         copy_into(state, trial)
     else:
-        code, rounds = _general(
-            A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y
-        )
-    certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
+        code, rounds = _general(*rows_and_box, norm, offsets, state, limit, x, y)
+    worst = certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
+    if code == 1 or (code == 0 and not worst <= TOLERANCE):  # lost on the way; once more, without a guess
+        state[:] = 0
+        code, again = _general(*rows_and_box, norm, offsets, state, limit, x, y)
+        rounds += again
+        worst = certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
+    _remember(history, state)
     if code == 2:
         x[:] = np.nan  # a compromise between contradicting limits is not for a robot
-    else:
-        for residual in residuals.ravel():  # infinite where x is not a number, or a row was not
-            if not np.isfinite(residual):
-                code = 3
+    elif not np.isfinite(worst):  # x is not a number, or a row was not
+        code = 3
+    elif code == 0 and worst > TOLERANCE:
+        code = UNPROVEN
     return code, rounds
 
 
 @kernel
+def _recall(history, state):
+    """The guess: last tick's active set, or, where ticks swing between two, the one before."""
+    width = state.size
+    copy_into(state, history[width : 2 * width] if history[2 * width] else history[:width])
+
+
+@kernel
+def _remember(history, state):
+    """Shift the history by a tick."""
+    width, like_last, like_before = state.size, 0, 0
+    for i in range(width):
+        like_last += state[i] == history[i]
+        like_before += state[i] == history[width + i]
+        history[width + i], history[i] = history[i], state[i]
+    history[2 * width] = like_before > like_last
+
+
+@kernel_apart
 def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y):
     """Scale (rows by √w, unknowns by √W), walk, and scale back."""
     n, rows = norm.size, lower.size

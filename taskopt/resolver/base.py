@@ -6,8 +6,10 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
+from taskopt.errors import InvalidValue
 from taskopt.problem.certificate import certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.layout import Layout
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY, LevelAccount
 from taskopt.resolver.review import TickReview
@@ -20,10 +22,37 @@ class Memory(NamedTuple):
 
     A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
     `ranks`: what each level decided, the hard rows first, for those who decide it with hysteresis.
+    `before` is the active set of the tick before, and `swings` says that the last one was more like
+    the one two ticks before it than like `before`, so that the next will be like `before`.
     """
 
     state: StateArray
     ranks: tuple[int, ...] = ()
+    before: StateArray | None = None
+    swings: bool = False
+
+
+def checked(memory: Memory | None, layout: Layout) -> Memory | None:
+    """The memory, if it is one of a hierarchy of this layout; raise `InvalidValue` if it is not."""
+    if memory is None:
+        return None
+    if not isinstance(memory, Memory):
+        raise InvalidValue(f"memory must be what a resolver returned last, got {type(memory).__name__}")
+    for state in (memory.state, memory.before):
+        if state is not None and not _is_state(state, layout.width):
+            raise InvalidValue(
+                f"memory must hold -1, 0 or 1 for each of {layout.width} unknowns and rows, got {state!r}"
+            )
+    if len(memory.ranks) > layout.level_count + 1:
+        raise InvalidValue(f"memory must hold a rank for each of {layout.level_count + 1} levels at most")
+    return memory
+
+
+def _is_state(state: object, width: int) -> bool:
+    """Whether it is an active set of `width` members; it may come from a log, in any integer type."""
+    if not isinstance(state, np.ndarray) or state.shape != (width,) or state.dtype.kind != "i":
+        return False
+    return not width or bool(state.min() >= -1 and state.max() <= 1)
 
 
 @runtime_checkable
@@ -81,14 +110,6 @@ def answered(
     reviewer = partial(TickReview, accuracy=accuracy, own=levels)
     memory = Memory(state, tuple(level.rank for level in levels))
     return Resolution(hierarchy, answer, state, status, iterations, reviewer), memory
-
-
-def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tuple[Resolution, Memory]:
-    """x = NaN: nothing here may be sent to a robot."""
-    width = hierarchy.n + hierarchy.layout.row_count
-    multipliers = np.zeros((hierarchy.layout.level_count + 1, width))
-    nothing = np.zeros(width, dtype=np.int8)
-    return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, nothing, status, iterations)
 
 
 def final_state(hierarchy: Hierarchy, x: Array, y: Array, priced: float = _COUNTS) -> StateArray:

@@ -20,6 +20,8 @@ VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less i
 _DEAD = 1e-9  # a row that keeps less of itself in the null space moves nothing
 _PROXIMAL = (1e-4, 1e-2, 1.0)  # pull of directions that a level leaves open to where they were; in turn
 _REPEATS = 20
+_EASED = 0.7  # of the pull is left from step to step, so that steps grow where there is far to go
+_THIN = 1e-3  # smallest σ, relative, in whose units z is measured: below it rows look parallel to a solver
 _STILL = 1e-12  # a proximal step below it, relative, ends the repeats
 PRICED = 1e-6  # multiplier relative to the largest: a row above it holds for all later levels
 
@@ -44,11 +46,11 @@ class Rows:
             np.concatenate([self.index, other.index]),
         )
 
-    def contain(self, xi: Array) -> bool:
+    def contain(self, xi: Array, tolerance: float = VIOLATED) -> bool:
         """Whether ξ is inside all of them."""
         value = self.G @ xi
         gap = np.maximum(self.lower - value, value - self.upper)
-        return bool((gap <= VIOLATED * np.maximum(1.0, np.abs(value))).all())
+        return bool((gap <= tolerance * np.maximum(1.0, np.abs(value))).all())
 
     def seen_from(self, xi: Array, Z: Array, feasible: bool) -> "Rows":
         """The same rows on z with ξ + Z z; dead ones dropped, and z = 0 inside if it is known to be."""
@@ -113,44 +115,50 @@ def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compr
     for pull in _PROXIMAL:
         found = _proximal(solve, equal, soft, rows, pull)
         iterations += found.iterations
-        if found.status in (Status.SOLVED, Status.INFEASIBLE):
+        if found.status is Status.SOLVED:
             break
     assert found is not None
     return replace(found, iterations=iterations)
 
 
 def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -> Compromise:
-    """y₁ and t have a unit Hessian; y₂ has none of its own, so each step adds ½ρ‖y₂ − y₂ before‖².
+    """Steps that add ½ρ(1 − s²)(u − u before)² for each unknown u of z, s² being its own curvature.
 
-    Through a row that binds, y₂ is worth Σ to y₁: it is measured in units of 1/σ_min, and rows have
-    unit length, or the steps would be tiny near a singularity. Rockafellar (1976), SIAM J. Control and
-    Optimization 14(5).
+    With u in units of 1/σ, s = 1; but along directions that are open, σ = 0, and along those that
+    nearly are, units grow only to those of the smallest σ that is not thin. In longer ones all rows
+    would look alike, in shorter ones steps would be tiny. Rows have unit length for the same reason.
+    Rockafellar (1976), SIAM J. Control and Optimization 14(5).
     """
-    r, f, m = len(equal.goal), equal.free.shape[1], len(soft.lower)
-    basis = np.hstack([equal.decided, equal.free / equal.sigma.min(initial=1.0)])
+    p, m = equal.direction.shape[1], len(soft.lower)
+    sigma = np.concatenate([equal.sigma, np.zeros(p - len(equal.sigma))])
+    unit = np.maximum(sigma, max(float(equal.sigma.min(initial=1.0)), _THIN * float(sigma.max(initial=0.0))))
+    share, goal = sigma / unit, np.concatenate([equal.goal, np.zeros(p - len(equal.goal))])
+    basis = np.hstack([equal.direction.T, equal.free]) / unit
     slack = np.vstack([np.zeros((len(rows.lower), m)), -np.eye(m)])
     both = rows.joined(soft)
     C = np.hstack([both.G @ basis, slack])
     length = np.linalg.norm(C, axis=1)
     length[length == 0.0] = 1.0
     C /= length[:, None]
-    H = np.diag(np.concatenate([np.ones(r), np.full(f, pull), np.ones(m)]))
-    open_side = np.full(r + f + m, np.inf)
-    before, iterations = np.zeros(f), 0
+    held = pull * (1.0 - share**2)
+    open_side, before = np.full(p + m, np.inf), np.zeros(p)
+    lower, upper = both.lower / length, both.upper / length
+    last, iterations = None, 0
     for _ in range(_REPEATS):
-        g = np.concatenate([-equal.goal, -pull * before, np.zeros(m)])
-        lower, upper = both.lower / length, both.upper / length
+        H = np.diag(np.concatenate([share**2 + held, np.ones(m)]))
+        g = np.concatenate([-share * goal - held * before, np.zeros(m)])
         solution = solve(QuadraticProgram(H, g, C, lower, upper, -open_side, open_side))
         iterations += solution.iterations
         if solution.status is not Status.SOLVED:
             break
-        now = solution.x[r : r + f]
-        moved = float(np.abs(now - before).max(initial=0.0))
-        before = now
-        if moved <= _STILL * max(1.0, float(np.abs(now).max(initial=0.0))):
+        last, now = solution, solution.x[:p]
+        moved = np.abs(now - before)[held > 0.0].max(initial=0.0)
+        before, held = now, _EASED * held
+        if moved <= _STILL * max(1.0, float(np.abs(now[held > 0.0]).max(initial=0.0))):
             break
-    z = basis @ solution.x[: r + f]
-    return Compromise(z, solution.x[r + f :], solution.y / length, solution.status, iterations)
+    solution = last or solution  # a step that failed does not undo those before it
+    z, slack = basis @ solution.x[:p], solution.x[p:]
+    return Compromise(z, slack, solution.y / length, solution.status, iterations)
 
 
 def frozen(equal: Split, violated: Array, priced: Array) -> Array:

@@ -5,17 +5,18 @@ Ch. 3; task priority after Siciliano and Slotine (1991), ICAR. J is (m, n), v (m
 W (n, n) or its diagonal (n,). None of them knows an inequality or a limit.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
+from taskopt.problem.damping import NONE, Damping
+from taskopt.problem.equality import equality_levels, inverse_root, root_of
 from taskopt.problem.hierarchy import Hierarchy
+from taskopt.problem.rank import RULE, RankRule, row_scale
 from taskopt.problem.review import LevelAccount
-from taskopt.resolver.damping import NONE, Damping
-from taskopt.resolver.rank import RULE, RankRule, row_scale
 
 SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels
 
@@ -129,7 +130,7 @@ def descend(
         account = rule.account(k, len(b), free, sigma, row_scale(J, root), before)
         r = account.rank
         wanted = v - J @ z
-        squared = damping(sigma, wanted)[:r]
+        squared = damping(sigma, v)[:r]
         s = sigma[:r]
         z = z + Z @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ wanted)))
         Z = Z @ Vt[r:].T
@@ -160,20 +161,6 @@ def weighted_least_squares(hierarchy: Hierarchy, ratio: float) -> Array:
     return descend([fixed, (S, c, np.ones(len(c)))], np.ones(n)).x
 
 
-def equality_levels(hierarchy: Hierarchy) -> Iterator[tuple[Array, Array, Array]]:
-    """(A, b, weight) of the equality rows: hard ones (fixed unknowns among them), then level by level."""
-    fixed = hierarchy.box_lower == hierarchy.box_upper
-    for k in range(hierarchy.layout.level_count + 1):
-        level = hierarchy.level(k)
-        equal = level.lower == level.upper
-        A, b, weight = level.A[equal], level.upper[equal], level.weight[equal]
-        if k == 0:
-            A = np.vstack([np.eye(hierarchy.n)[fixed], A])
-            b = np.concatenate([hierarchy.box_upper[fixed], b])
-            weight = np.ones(len(b))
-        yield A, b, weight
-
-
 def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
     """Raise `InvalidValue` where a level asks for a true inequality."""
     first = int(hierarchy.layout.offsets[1])
@@ -183,17 +170,6 @@ def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
         raise InvalidValue(
             f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set"
         )
-
-
-def root_of(W: Array) -> Array:
-    """L with W = Lᵀ L, (n, n) upper triangular."""
-    return np.asarray(np.diag(np.sqrt(W)) if W.ndim == 1 else np.linalg.cholesky(W).T, dtype=np.float64)
-
-
-def inverse_root(W: Array) -> Array:
-    """L⁻¹ with W = Lᵀ L, (n, n)."""
-    inverse = np.diag(1.0 / np.sqrt(W)) if W.ndim == 1 else np.linalg.inv(root_of(W))
-    return np.asarray(inverse, dtype=np.float64)
 
 
 def _rank(sigma: Array) -> int:

@@ -68,6 +68,12 @@ def conflict(hierarchy: Hierarchy) -> Conflict | None:
     return Conflict(tuple(sides[i] for i in members), relaxation)
 
 
+def agree(hierarchy: Hierarchy) -> bool:
+    """Whether the hard limits can hold together: phase one alone."""
+    sides, A, bound = _one_sided(hierarchy)
+    return not _gap(A, bound, np.arange(len(sides))).any()
+
+
 def relaxed(hierarchy: Hierarchy, found: Conflict) -> Hierarchy:
     """A copy in which every side of the relaxation has given way, and 1e-6 more, so that there is room."""
     result = hierarchy.copy()

@@ -5,9 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from taskopt.problem.equality import root_of
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Block, Layout
-from taskopt.resolver.closed_form import level_ratio, root_of
+from taskopt.resolver.closed_form import level_ratio
 
 
 def flatten(hierarchy: Hierarchy, ratio: float | None = None) -> Hierarchy:

@@ -6,13 +6,14 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
+from taskopt.problem.damping import CONSTANT, NONE, ConstantDamping, Damping, NoDamping
+from taskopt.problem.equality import equality_levels
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.multipliers import find_multipliers
+from taskopt.problem.rank import RULE, RankRule
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory, answered
-from taskopt.resolver.closed_form import descend, equality_levels, refuse_inequalities, task_priority
-from taskopt.resolver.damping import CONSTANT, NONE, ConstantDamping, Damping, NoDamping
-from taskopt.resolver.rank import RULE, RankRule
+from taskopt.resolver.base import Memory, answered, checked
+from taskopt.resolver.closed_form import descend, refuse_inequalities, task_priority
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class PseudoInverse:
 class DampedLeastSquares:
     """Task priority with the damped inverse (3.59) at each level, the projector undamped.
 
-    `damping`: the policy that gives k² (see `taskopt.resolver.damping`). Its twin is the undamped
+    `damping`: the policy that gives k² (see `taskopt.problem.damping`). Its twin is the undamped
     formula, so that the distance to it is what damping costs. Raises `InvalidValue` where a level
     holds a true inequality.
     """
@@ -71,7 +72,8 @@ def _formula(
     hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
 ) -> tuple[Resolution, Memory]:
     refuse_inequalities(hierarchy, name)
-    before = memory.ranks if memory is not None else ()
+    known = checked(memory, hierarchy.layout)
+    before = known.ranks if known else ()
     x, levels = descend(equality_levels(hierarchy), hierarchy.norm, damping, rule, before)
     state = np.zeros(hierarchy.n + hierarchy.layout.row_count, dtype=np.int8)
     return answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA, levels=levels)

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.problem.equality import inverse_root
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.multipliers import find_multipliers
+from taskopt.problem.rank import RULE, RankRule, row_scale
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY, LevelAccount
 from taskopt.resolver.accuracy import checked_accuracy, solve_to
-from taskopt.resolver.base import Memory, answered, final_state, unanswered
+from taskopt.resolver.base import Memory, answered, checked, final_state
 from taskopt.resolver.cascade import (
     PRICED,
     VIOLATED,
@@ -27,8 +29,8 @@ from taskopt.resolver.cascade import (
     least_violation,
     split,
 )
-from taskopt.resolver.closed_form import inverse_root, task_priority
-from taskopt.resolver.rank import RULE, RankRule, row_scale
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.unanswered import unanswered
 from taskopt.solver.registry import solver
 
 
@@ -38,8 +40,8 @@ class HierarchicalQP:
 
     `accuracy`: wanted in x, relative to its largest entry; the tolerances of the solver follow from it.
     `rule` decides the ranks, which are its memory. Status INFEASIBLE, with x = NaN, where the hard
-    limits leave nothing (a claim of the solver); ITERATION_LIMIT where a later program failed: x then
-    keeps the limits and the levels before.
+    limits leave nothing (see `unanswered`); ITERATION_LIMIT where a program failed though an x inside
+    the limits was known: it keeps them and the levels before.
     """
 
     solver: str
@@ -58,7 +60,8 @@ class HierarchicalQP:
         return True
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        before = memory.ranks if memory is not None else ()
+        known = checked(memory, hierarchy.layout)
+        before = known.ranks if known else ()
         descent = _Descent(hierarchy, self, before)
         for k in range(1, hierarchy.layout.level_count + 1):
             if not descent.level(k):
@@ -87,12 +90,14 @@ class _Descent:
         self.inverse = inverse_root(hierarchy.norm)
         self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
         self.status, self.iterations = Status.SOLVED, 0
-        self.feasible = False  # until a program has been solved, ξ need not keep the limits
+        self.feasible = False  # whether ξ is known to keep the limits
         self.least = False  # whether ξ has the least norm inside the levels so far
         limits = self._rows(0)
         equal = limits.lower == limits.upper
         self.rows = limits.kept(~equal)
         self._hold(limits.kept(equal))
+        if self.status is Status.SOLVED:  # x = 0 keeps the limits of most robots
+            self.feasible |= not equal.any() and self.rows.contain(self.xi, 0.0)
 
     def level(self, k: int) -> bool:
         """Resolve level k; False where no program could be solved."""

@@ -12,13 +12,11 @@ Everything here is in scaled units: rows times √w, unknowns z = √W x with W 
 
 import numpy as np
 
-from taskopt.jit import kernel
-from taskopt.resolver.cholesky import copy_into
-
-RANK = 1e-10  # a row whose remainder is below it, relative to the row, is dependent
+from taskopt.jit import kernel, kernel_apart
+from taskopt.problem.rank import LOST  # a row with less left, relative to the row, is dependent
 
 
-@kernel
+@kernel_apart
 def factorise(S, scale, offsets, state, free, order, starts, ranks, T, V, beta):
     """l-QR of the rows in the working set; returns nothing, fills the arrays.
 
@@ -51,7 +49,7 @@ def factorise(S, scale, offsets, state, free, order, starts, ranks, T, V, beta):
                 for c in range(rank, nf):
                     left[a] += T[a, c] * T[a, c]
                 remainder = np.sqrt(left[a])
-                if remainder > RANK * scale[order[a]] and remainder > best:
+                if remainder > LOST * scale[order[a]] and remainder > best:
                     best, pivot = remainder, a
             if pivot < 0:
                 break
@@ -92,9 +90,11 @@ def _reflect(T, V, beta, top, count, rank, nf):
         T[top, c] = 0.0
 
 
-@kernel
-def solve_levels(T, order, starts, ranks, target, levels, y, residual):
-    """Least squares level by level: y (nf,), and the residual T y − target of each row in W."""
+@kernel_apart
+def solve_levels(T, scale, order, starts, ranks, target, levels, size, y, residual, terms):
+    """Least squares level by level: y (nf,), the residual T y − target of each row in W, and the sum of
+    the magnitudes that it is the difference of, which tells how much of it is rounding.
+    """
     y[:] = 0.0
     for k in range(levels):
         first, count = starts[k], starts[k + 1] - starts[k]
@@ -115,8 +115,11 @@ def solve_levels(T, order, starts, ranks, target, levels, y, residual):
         for a in range(first, first + count):
             for c in range(r0, r0 + rank):
                 residual[a] += T[a, c] * y[c]
+            terms[a] = abs(target[order[a]]) + scale[order[a]] * size
+            for c in range(r0 + rank):
+                terms[a] += scale[order[a]] * abs(y[c])
             if count == rank:
-                residual[a] = 0.0
+                residual[a] = terms[a] = 0.0
 
 
 @kernel
@@ -172,35 +175,51 @@ def rotate(V, beta, rank, y):
             y[c] -= total * V[p, c]
 
 
-@kernel
-def level_multipliers(S, T, order, starts, ranks, levels, k, residual, y, z, state, out):
+@kernel_apart
+def level_multipliers(
+    S, T, scale, order, starts, ranks, levels, k, residual, terms, y, z, state, out, unsure
+):  # fmt: skip
     """Multipliers of box and rows at level k (k = levels: the norm), (n + M,), scaled; 0 where none.
 
-    Σ own gradient + Σ λ_i S_i + λ_box = 0, rows that depend on others (no pivot) getting 0.
+    Σ own gradient + Σ λ_i S_i + λ_box = 0, rows that depend on others (no pivot) getting 0. `unsure`:
+    the sum of the magnitudes that each is the difference of.
     """
     n, nf = S.shape[1], y.size
     out[:] = 0.0
-    g = np.zeros(nf)
+    unsure[:] = 0.0
+    g, size = np.zeros(nf), np.zeros(nf)
     if k == levels:
-        copy_into(g, y)
+        for c in range(nf):
+            g[c] = y[c]
+            size[c] = abs(y[c])
     else:
         for a in range(starts[k], starts[k + 1]):
             out[n + order[a]] = residual[a]
+            unsure[n + order[a]] = terms[a]
             for c in range(ranks[k]):
                 g[c] += residual[a] * T[a, c]
+                size[c] += terms[a] * abs(T[a, c]) + abs(residual[a]) * scale[order[a]]
     for j in range(min(k, levels) - 1, -1, -1):
         r0, rank, first = ranks[j], ranks[j + 1] - ranks[j], starts[j]
         for p in range(rank - 1, -1, -1):
-            value = -g[r0 + p]
+            value, sum_of = -g[r0 + p], size[r0 + p]
             for b in range(p + 1, rank):
                 value -= T[first + b, r0 + p] * out[n + order[first + b]]
+                sum_of += scale[order[first + b]] * abs(out[n + order[first + b]])
             out[n + order[first + p]] = value / T[first + p, r0 + p]
+            unsure[n + order[first + p]] = sum_of / abs(T[first + p, r0 + p])
         for p in range(rank):
+            price = out[n + order[first + p]]
             for c in range(r0):
-                g[c] += out[n + order[first + p]] * T[first + p, c]
+                g[c] += price * T[first + p, c]
+                size[c] += abs(price) * scale[order[first + p]]
     for j in range(n):
         if state[j] != 0:
-            value = -z[j] if k == levels else 0.0
+            value, sum_of = (-z[j], abs(z[j])) if k == levels else (0.0, 0.0)
             for a in range(starts[min(k + 1, levels)]):
                 value -= out[n + order[a]] * S[order[a], j]
+                sum_of += (
+                    unsure[n + order[a]] * abs(S[order[a], j]) + abs(out[n + order[a]]) * scale[order[a]]
+                )
             out[j] = value
+            unsure[j] = sum_of

@@ -18,8 +18,16 @@ runs.
 
 import numpy as np
 
-from taskopt.jit import kernel
-from taskopt.resolver.cholesky import cholesky, cholesky_solve, copy_into, dot_row, dot_rows
+from taskopt.jit import kernel, kernel_apart
+from taskopt.resolver.cholesky import (
+    add_row,
+    backward,
+    cholesky,
+    copy_into,
+    dot_row,
+    forward,
+    gram,
+)
 
 COVERED = 1e-6  # a column with less of D than this, relative to the largest, counts as uncovered
 FEASIBLE = 1e-12  # violation, relative to max(1, |bound|), that counts as none
@@ -27,7 +35,7 @@ ACCEPTED, AGAIN, REFUSED = 0, 1, 2
 SIGN = 1e-10  # multiplier, relative to the largest, that counts as zero
 
 
-@kernel
+@kernel_apart
 def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y):
     """Try the closed form with the active set `state` (n + M); fill x (n,) and y (levels + 1, n + M).
 
@@ -36,32 +44,30 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
     is unique, so the order of tries cannot change an answer that is accepted.
     """
     n, rows, levels = x.size, lower.size, offsets.size - 2
-    places, diagonal = np.empty(2 * n + rows, np.int64), np.empty(2 * n)
+    places, diagonal = np.empty(2 * n + rows, np.int64), np.empty(4 * n)
     last, uncovered, chosen = places[:n], places[n : 2 * n], places[2 * n :]
-    D, x0 = diagonal[:n], diagonal[n:]
+    D, x0, root, pull = diagonal[:n], diagonal[n : 2 * n], diagonal[2 * n : 3 * n], diagonal[3 * n :]
     joint_rows = _terminal(lower, upper, weight, norm, offsets, columns, D, x0, last)
     soft = offsets[levels] if joint_rows else rows  # first row that may keep a residual
     m = _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen)
     if m < 0:
         return REFUSED
-    u, thin = np.int64(0), 0.0  # for a literal 0, callees would be compiled once more
+    thin = 0.0
     for j in range(n):
         thin = max(thin, COVERED * D[j])
+    u = np.int64(0)  # for a literal 0, callees would be compiled once more
     for j in range(n):
+        root[j] = 1.0 / np.sqrt(D[j]) if state[j] == 0 and D[j] > thin else 0.0
         x[j] = x0[j] if state[j] == 0 else (box_upper[j] if state[j] > 0 else box_lower[j])
         if state[j] == 0 and D[j] <= thin:
             uncovered[u] = j
             u += 1
     if u > m:
         return REFUSED
-    work = np.empty(m * (n + m + u + 2) + u * (u + 2))  # one allocation costs as much as a dozen sums
-    MD, K = work[: m * n].reshape((m, n)), work[m * n : m * (n + m)].reshape((m, m))
-    KN = work[m * (n + m) : m * (n + m + u)].reshape((u, m))
-    multiplier = work[m * (n + m + u) : m * (n + m + u + 1)]
-    step = work[m * (n + m + u + 1) : m * (n + m + u + 2)]
-    G = work[m * (n + m + u + 2) : m * (n + m + u + 2) + u * u].reshape((u, u))
-    move, share = work[work.size - 2 * u : work.size - u], work[work.size - u :]
-    if not _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, KN, G):
+    work = np.empty((2 * m + 3 * u + 3, max(n, m)))  # one allocation costs as much as a dozen sums
+    S, K, MU, G = work[:m], work[m : 2 * m + u], work[2 * m + u : 2 * (m + u)], work[2 * (m + u) :]
+    multiplier, step, move = work[2 * m + 3 * u], work[2 * m + 3 * u + 1], work[2 * m + 3 * u + 2]
+    if not _factorise(A, weight, D, root, chosen, m, soft, uncovered, u, S, K, MU, G):
         return REFUSED
     multiplier[:] = 0.0
     for _ in range(2):  # the second pass is the refinement
@@ -72,25 +78,22 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
                 step[a] -= multiplier[a] / weight[i]
         for b in range(u):
             j = uncovered[b]
-            move[b] = D[j] * (x0[j] - x[j])
-            for a in range(m):
-                move[b] += KN[b, a] * step[a] + A[chosen[a], j] * multiplier[a]
-        cholesky_solve(K, step, m)
-        cholesky_solve(G, move, u)
-        for b in range(u):
-            x[uncovered[b]] += move[b]
-            for a in range(m):
-                step[a] -= KN[b, a] * move[b]
+            move[b] = D[j] * (x0[j] - x[j]) + dot_row(MU, b, multiplier, m)
+        _solve(K, G, m, u, step, move)
+        pull[:] = 0.0
         for a in range(m):
             multiplier[a] += step[a]
-            for j in range(n):
-                x[j] += MD[a, j] * step[a]
+            add_row(pull, step[a], S, a, n)
+        for j in range(n):
+            x[j] += root[j] * pull[j]
+        for b in range(u):
+            x[uncovered[b]] += move[b]
+    y[:, :] = 0.0
     terminal = levels - 1 if joint_rows else levels
-    largest = _prices(A, D, x0, state, chosen, m, soft, multiplier, terminal, x, y)
+    largest = _prices(A, D, x0, state, chosen, m, soft, multiplier, x, y[terminal])
     if joint_rows:
-        _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, y[levels])
-    price = y[levels - 1] if joint_rows else y[levels]
-    return _judged(A, lower, upper, box_lower, box_upper, state, x, price, SIGN * largest)
+        _norm_prices(A, norm, chosen, m, uncovered, u, K, G, step, move, pull, last, state, x, y[levels])
+    return _judged(A, lower, upper, box_lower, box_upper, state, x, y[terminal], SIGN * largest)
 
 
 @kernel
@@ -133,75 +136,82 @@ def _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen):
 
 
 @kernel
-def _factorise(A, weight, D, state, thin, chosen, m, soft, uncovered, u, MD, K, KN, G):
-    """Cholesky factors of K and of the Schur complement G = M_Uᵀ K⁻¹ M_U + D_U; KN holds (K⁻¹ M_U)ᵀ."""
+def _factorise(A, weight, D, root, chosen, m, soft, uncovered, u, S, K, MU, G):
+    """S = M_C D_C^-½, K = S Sᵀ + 1/w = L Lᵀ with (L⁻¹ M_U)ᵀ below it, and G = M_Uᵀ K⁻¹ M_U + D_U = L' L'ᵀ."""
     n = D.size
     for a in range(m):
         i = chosen[a]
         for j in range(n):
-            MD[a, j] = A[i, j] / D[j] if state[j] == 0 and D[j] > thin else 0.0
+            S[a, j] = A[i, j] * root[j]
+        for b in range(u):
+            MU[b, a] = K[m + b, a] = A[i, uncovered[b]]
+    gram(S, m, n, K)
     for a in range(m):
-        for b in range(a + 1):
-            K[a, b] = dot_rows(A, chosen[b], MD, a, n)
         if chosen[a] >= soft:
             K[a, a] += 1.0 / weight[chosen[a]]
-    if not cholesky(K, m):
+    if not cholesky(K, m, m + u):
         return False
+    gram(K[m:], u, m, G)
     for b in range(u):
-        for a in range(m):
-            KN[b, a] = A[chosen[a], uncovered[b]]
-        cholesky_solve(K, KN[b], m)
-    for b in range(u):
-        for c in range(b + 1):
-            G[b, c] = D[uncovered[b]] if c == b else 0.0
-            for a in range(m):
-                G[b, c] += KN[b, a] * A[chosen[a], uncovered[c]]
-    return cholesky(G, u)
+        G[b, b] += D[uncovered[b]]
+    return cholesky(G, u, u)
 
 
 @kernel
-def _prices(A, D, x0, state, chosen, m, soft, multiplier, terminal, x, y):
+def _solve(K, G, m, u, step, move):
+    """The step (λ, x_U) for right-hand sides of the rows and of the uncovered columns, in place."""
+    forward(K, step, m)
+    for b in range(u):
+        move[b] += dot_row(K, m + b, step, m)
+    forward(G, move, u)
+    backward(G, move, u)
+    for b in range(u):
+        add_row(step, -move[b], K, m + b, m)
+    backward(K, step, m)
+
+
+@kernel
+def _prices(A, D, x0, state, chosen, m, soft, multiplier, x, price):
     """Multipliers of rows and held columns at the level that comes last; returns the largest term."""
     n = x.size
-    y[:, :] = 0.0
-    largest = 1.0
     for a in range(m):
-        i = chosen[a]
-        if i < soft:
-            y[terminal, n + i] = -multiplier[a]
-        for j in range(n):
-            largest = max(largest, abs(multiplier[a] * A[i, j]))
+        if chosen[a] < soft:
+            price[n + chosen[a]] = -multiplier[a]
+    largest = 1.0
     for j in range(n):
         if state[j] != 0:
-            price = D[j] * (x0[j] - x[j])
-            largest = max(largest, abs(price))
+            price[j] = D[j] * (x0[j] - x[j])
+            largest = max(largest, abs(price[j]))
             for a in range(m):
-                price += multiplier[a] * A[chosen[a], j]
-            y[terminal, j] = price
+                term = multiplier[a] * A[chosen[a], j]
+                price[j] += term
+                largest = max(largest, abs(term))
     return largest
 
 
 @kernel
-def _norm_prices(A, norm, chosen, m, uncovered, u, KN, G, share, last, state, x, price):
+def _norm_prices(A, norm, chosen, m, uncovered, u, K, G, row, share, rest, last, state, x, price):
     """The norm's gradient W x balanced by rows: M for the uncovered columns, joint rows for the others."""
     n = x.size
-    for b in range(u):
-        share[b] = -norm[uncovered[b]] * x[uncovered[b]]
-    cholesky_solve(G, share, u)
-    for a in range(m):
-        total = 0.0
-        for b in range(u):
-            total += KN[b, a] * share[b]
-        price[n + chosen[a]] = total
     for j in range(n):
-        rest = -norm[j] * x[j]
-        if u > 0:
-            for a in range(m):
-                rest -= price[n + chosen[a]] * A[chosen[a], j]
+        rest[j] = -norm[j] * x[j]
+    if u > 0:
+        for b in range(u):
+            share[b] = rest[uncovered[b]]
+        forward(G, share, u)
+        backward(G, share, u)
+        row[:] = 0.0
+        for b in range(u):
+            add_row(row, -share[b], K, m + b, m)
+        backward(K, row, m)
+        for a in range(m):
+            price[n + chosen[a]] = -row[a]
+            add_row(rest, row[a], A, chosen[a], n)
+    for j in range(n):
         if last[j] >= 0:
-            price[n + last[j]] = rest
+            price[n + last[j]] = rest[j]
         elif state[j] != 0:
-            price[j] = rest
+            price[j] = rest[j]
 
 
 @kernel

@@ -1,27 +1,22 @@
-"""The polished answer: the hierarchy solved again with the rows that a solver found active as equalities.
+"""The polished answer: solved again, by orthogonal factorisation, from the active set that a solver found.
 
 It is kept apart from the raw answer everywhere: solvers are compared by the raw one.
 """
 
-import numpy as np
+from taskopt.problem.resolution import Resolution, Status
+from taskopt.resolver.active_set import ActiveSet
+from taskopt.resolver.base import Memory
 
-from taskopt.problem.multipliers import find_multipliers
-from taskopt.problem.resolution import Resolution
-from taskopt.resolver.base import answered
-from taskopt.resolver.closed_form import descend
-from taskopt.resolver.review import held_levels
+_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED, Status.INFEASIBLE})
 
 
 def polish(resolution: Resolution) -> Resolution:
-    """The same problem, by orthogonal factorisation on the final active set of `resolution`.
+    """The same problem, solved again with the final active set of `resolution` as equalities.
 
-    Status, state and iterations are those of the raw answer; the certificate is of the new x. Where
-    the active set is wrong, so is x, and the certificate says so.
+    Where that set is wrong, rows change from there on by our own walk. `iterations` counts the
+    factorisations: 1 if and only if the set was right as it stood. Status and certificate are of the
+    new x. What did not aim at an optimum, a closed form or brakes, is returned as it is.
     """
-    problem, state = resolution.problem, resolution.state
-    if not np.isfinite(resolution.x).all():
+    if resolution.status in _NO_OPTIMUM:
         return resolution
-    x = descend(held_levels(problem, state), problem.norm).x
-    return answered(
-        problem, x, find_multipliers(problem, x), state, resolution.status, resolution.iterations
-    )[0]
+    return ActiveSet(shortcut=False)(resolution.problem, Memory(resolution.state))[0]

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from functools import partial
 
-from taskopt.errors import UnknownName
+from taskopt.errors import InvalidValue, UnknownName
+from taskopt.problem.damping import POLICIES
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution
 from taskopt.resolver.base import Resolver
-from taskopt.resolver.damping import POLICIES
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.restated import ENGINES, Restated
@@ -37,6 +37,8 @@ _WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {
 
 def resolver(name: str) -> Resolver:
     """The resolver of that name. Raises `UnknownName`, or `NotInstalled` for its solver."""
+    if not isinstance(name, str):
+        raise InvalidValue(f"a resolver is known by its name, such as {DEFAULT!r}; got {name!r}")
     if name in _ALONE:
         return _ALONE[name]()
     family, _, engine = name.partition("/")
@@ -52,6 +54,8 @@ def resolver_names() -> tuple[str, ...]:
 
 def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
     """One hierarchy, once, without memory."""
+    if not isinstance(hierarchy, Hierarchy):
+        raise InvalidValue(f"resolve needs a Hierarchy, got {type(hierarchy).__name__}")
     return resolver(name)(hierarchy)[0]
 
 

@@ -12,12 +12,14 @@ import numpy as np
 from scipy.linalg import qr
 
 from taskopt.arrays import Array
+from taskopt.problem.equality import root_of
 from taskopt.problem.hierarchy import Hierarchy, LevelRows
 from taskopt.problem.multipliers import find_multipliers
+from taskopt.problem.rank import LOST
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory, answered, final_state, unanswered
-from taskopt.resolver.closed_form import root_of, task_priority
-from taskopt.resolver.rank import LOST
+from taskopt.resolver.base import Memory, answered, final_state
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.unanswered import unanswered
 
 ENGINES = ("daqp", "clarabel", "proxqp", "piqp", "highs", "osqp", "scs")  # that CVXPY speaks to
 _MET = 1e-9  # relative to its largest term: a row that lacks less is met

@@ -6,10 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.problem.equality import equality_levels
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
-from taskopt.resolver.closed_form import Descent, descend, equality_levels
+from taskopt.resolver.closed_form import Descent, descend
 
 _NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one
 _NEAR, _NOISE = 1e-8, 1e-13  # singular values between them, relative, are lost to some and kept by others

@@ -15,10 +15,11 @@ from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.qp import QuadraticProgram
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY
-from taskopt.resolver.accuracy import checked_accuracy
-from taskopt.resolver.base import Memory, answered, final_state, unanswered
+from taskopt.resolver.accuracy import checked_accuracy, solve_to
+from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
 from taskopt.resolver.flatten import flatten
+from taskopt.resolver.unanswered import unanswered
 from taskopt.solver.registry import solver
 
 _PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
@@ -52,21 +53,20 @@ class WeightedQP:
     def strict(self) -> bool:
         return False
 
-    def __call__(
-        self,
-        hierarchy: Hierarchy,
-        memory: Memory | None = None,  # noqa: ARG002 - each tick starts cold
-    ) -> tuple[Resolution, Memory]:
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:  # noqa: ARG002
+        """Each tick starts cold."""
         problem = flatten(hierarchy, self.ratio)
         qp, R = orthogonal(problem)
         solution = solver(self.solver)(qp, _MARGIN * self.accuracy)
+        if solution.status is Status.FAILED:  # an interior point may, where x is much larger than 1
+            solution = solve_to(solver(self.solver), self.accuracy)(qp)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return unanswered(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)
         state = final_state(problem, x, y, _PRICED)
-        status, count = solution.status, solution.iterations
-        resolution, carried = answered(problem, x, y, state, status, count, self.accuracy)
+        done = solution.status, solution.iterations
+        resolution, carried = answered(problem, x, y, state, *done, self.accuracy)
         if solution.status is not Status.SOLVED and resolution.certificate.residuals[0, 1] > _OUTSIDE:
             return unanswered(problem, solution.status, solution.iterations)
         return resolution, carried

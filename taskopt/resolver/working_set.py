@@ -6,99 +6,147 @@ for W up to the first row that blocks, which joins W; at a full step the row wit
 multiplier at the *first* wrong level leaves. An active inequality may stay if its own violation,
 then its multiplier at each later level, is lexicographically positive. Escande, Mansard and Wieber
 (2014), Sect. 5; changing several rows at once, or dropping at a later level, cycles.
+
+Near a singularity a multiplier of 1e-10 decides where x stands, so what counts as zero is no more than the
+rounding in the terms that it is the sum of. A sign that is lost in rounding all the same shows when its row
+has left: where the next step is blocked by that row at once, it stays until x moves.
 """
 
 import numpy as np
 
-from taskopt.jit import kernel
+from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.lexicographic import factorise, level_multipliers, rotate, solve_levels
+from taskopt.resolver.starting_set import (
+    AGREE,
+    FEASIBLE,
+    ROUNDING,
+    can_rest,
+    crossed,
+    nudge,
+    only_possible,
+    rest_into,
+    take_in,
+    values_into,
+    violated,
+)
 
-SOLVED, NOT_DONE, INFEASIBLE = 0, 1, 2
-FEASIBLE = 1e-9  # violation that counts, relative to max(1, row norm)
-ROUNDING = 1e-12  # by how much x may pass a bound of the box before it counts; it is then put back
-SIGN = 1e-9  # multiplier that counts, relative to the largest of its level
+SOLVED, NOT_DONE, INFEASIBLE, UNSURE = 0, 1, 2, 3
+FIRST = 150  # factorisations from the guess of the last tick
+OFTEN = 10  # times that a row may leave before it is held for good
+MOVED = 1e-9  # a step that moves no unknown by more, relative, is none
+SIGN = 1e-13  # multiplier that counts, relative to the terms that it is the sum of
 
 
-@kernel
+@kernel_apart
 def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
     """Fill x (n,) and y (levels + 1, n + M), all scaled; `state` is the guess and then the answer.
 
-    Returns (status, factorisations). `offsets` starts with the hard rows, which are level 0.
+    Returns (status, factorisations). `offsets` starts with the hard rows, which are level 0. Where the walk
+    from the guess leads nowhere, it is done again from a point that keeps the hard rows, with bounds that
+    tie moved apart by less than what counts as kept (Charnes 1952).
     """
     n, rows = x.size, low.size
-    target, goal = np.empty(rows), np.empty(n)
-    value, ahead = np.empty(rows), np.empty(rows)
-    if _crossed(low, high, box_low, box_high, offsets):
+    value, ones = np.empty(rows), np.ones(n)
+    if crossed(low, high, box_low, box_high, offsets):
         x[:] = np.nan
         return INFEASIBLE, 0
-    _guess(low, high, box_low, box_high, state, n)
-    zero_steps, stalls, fresh = 0, 0, True
+    only_possible(low, high, box_low, box_high, state, n)
+    first = min(FIRST, limit)
+    status, rounds = _walk(S, scale, low, high, box_low, box_high, offsets, state, True, first, x, value, y)
+    rest = can_rest(S, low, high, box_low, box_high, offsets, scale)
+    if status == SOLVED or (status == INFEASIBLE and not rest) or rounds >= limit:
+        return (NOT_DONE if status == UNSURE else status), rounds
+    apart = np.empty((4, max(n, rows)))
+    near_low, near_high, box_near, box_far = apart[0, :rows], apart[1, :rows], apart[2, :n], apart[3, :n]
+    for i in range(rows):
+        value[i] = np.sqrt(S[i] @ S[i])
+    nudge(near_low, near_high, low, high, value)
+    nudge(box_near, box_far, box_low, box_high, ones)
+    state[:] = 0
+    if rest:
+        rest_into(S, near_low, near_high, box_near, box_far, scale, state, x, value)
+    only_possible(low, high, box_low, box_high, state, n)
+    status, more = _walk(
+        S,
+        scale,
+        near_low,
+        near_high,
+        box_near,
+        box_far,
+        offsets,
+        state,
+        not rest,
+        limit - rounds,
+        x,
+        value,
+        y,
+    )
+    return SOLVED if status == UNSURE else status, rounds + more
+
+
+@kernel_apart
+def _walk(S, scale, low, high, box_low, box_high, offsets, state, fresh, limit, x, value, y):
+    """From the solution of the guess (`fresh`) or from x, whose rows have `value`, as `walk`.
+
+    Status UNSURE: rows that left and came straight back were kept in W, and the signs speak against it.
+    """
+    n, rows = x.size, low.size
+    target, goal, ahead = np.empty(rows), np.empty(n), np.empty(rows)
+    left, held = np.zeros(n + rows, np.bool_), np.zeros(n + rows, np.bool_)
+    leaves = np.zeros(n + rows, np.int64)
     for iteration in range(1, limit + 1):
-        leaving = _solve(S, scale, low, high, box_low, box_high, offsets, state, target, goal, y, stalls > 60)
-        _values(S, goal, ahead)
+        leaving = _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y)
+        values_into(S, goal, ahead)
         if fresh:  # all of last tick's guess at once
-            wrong = _violated(low, high, box_low, box_high, scale, state, goal, ahead)
-            if wrong == 0 and leaving < 0:
-                copy_into(x, goal)
-                return _verdict(low, high, offsets, scale, ahead), iteration
+            fresh = False
+            wrong = violated(low, high, box_low, box_high, scale, state, goal, ahead)
             if wrong > 0:
-                _take_in(S, low, high, box_low, box_high, scale, state, goal, x, value)
-                fresh = False
+                take_in(S, low, high, box_low, box_high, scale, state, goal, x, value)
                 continue
             copy_into(x, goal)
             copy_into(value, ahead)
-            fresh = False
-        alpha, entering, side = _block(
-            low, high, box_low, box_high, scale, state, x, goal, value, ahead, stalls > 20
-        )
+        alpha, entering, side = _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead)
+        if _moves(x, goal, alpha):
+            left[:] = False
+            held[:] = leaves > OFTEN
         if entering >= 0:
+            held[entering] = left[entering]
             for j in range(n):
                 x[j] += alpha * (goal[j] - x[j])
             if entering < n:
                 x[entering] = box_high[entering] if side > 0 else box_low[entering]
-            _values(S, x, value)
+            values_into(S, x, value)
             state[entering] = side
-            zero_steps = zero_steps + 1 if alpha <= 0.0 else 0
-        else:
-            copy_into(x, goal)
-            copy_into(value, ahead)
-            if leaving < 0:
-                return _verdict(low, high, offsets, scale, ahead), iteration
-            state[leaving] = _beyond(low, high, scale, state[leaving], leaving - n, ahead)
-        stalls = stalls + 1 if zero_steps > 20 or iteration > 60 else 0
+            continue
+        copy_into(x, goal)
+        copy_into(value, ahead)
+        if leaving < 0:
+            if held.any():
+                held[:] = False
+                leaving = _solve(
+                    S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y
+                )
+                if leaving >= 0:
+                    return UNSURE, iteration
+            return _verdict(low, high, offsets, scale, ahead), iteration
+        left[leaving] = True
+        leaves[leaving] += 1
+        state[leaving] = _beyond(low, high, scale, state[leaving], leaving - n, ahead)
     return NOT_DONE, limit
 
 
 @kernel
-def _crossed(low, high, box_low, box_high, offsets):
-    """Whether a hard interval is empty."""
-    for j in range(box_low.size):
-        if box_low[j] > box_high[j]:
-            return True
-    for i in range(offsets[1]):
-        if low[i] > high[i]:
+def _moves(x, goal, alpha):
+    """Whether a step is more than rounding."""
+    for j in range(x.size):
+        if alpha * abs(goal[j] - x[j]) > MOVED * max(1.0, abs(x[j])):
             return True
     return False
 
 
-@kernel
-def _guess(low, high, box_low, box_high, state, n):
-    """Equalities always belong to W; a side without a bound never does."""
-    for j in range(n):
-        if box_low[j] == box_high[j]:
-            state[j] = 1
-        elif (state[j] > 0 and box_high[j] == np.inf) or (state[j] < 0 and box_low[j] == -np.inf):
-            state[j] = 0
-    for i in range(low.size):
-        if low[i] == high[i]:
-            state[n + i] = 1
-        elif (state[n + i] > 0 and high[i] == np.inf) or (state[n + i] < 0 and low[i] == -np.inf):
-            state[n + i] = 0
-
-
-@kernel
-def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y, bland):
+@kernel_apart
+def _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, x, y):
     """Solution x for W with multipliers y; returns the row that must leave, or -1."""
     n, rows, levels = x.size, low.size, offsets.size - 1
     free, nf = np.empty(n, np.int64), 0
@@ -118,102 +166,74 @@ def _solve(S, scale, low, high, box_low, box_high, offsets, state, target, x, y,
     starts, ranks = np.empty(levels + 1, np.int64), np.empty(levels + 1, np.int64)
     T, V, beta = np.empty((rows, nf)), np.empty((nf, nf)), np.empty(nf)
     factorise(S, scale, offsets, state, free[:nf], order, starts, ranks, T, V, beta)
-    solution, rotated, residual = np.empty(nf), np.empty(nf), np.empty(rows)
-    solve_levels(T, order, starts, ranks, target, levels, solution, residual)
+    solution, rotated, residual, terms = np.empty(nf), np.empty(nf), np.empty(rows), np.empty(rows)
+    size = 0.0
+    for j in range(n):
+        if state[j] != 0:
+            size += abs(x[j])
+    solve_levels(T, scale, order, starts, ranks, target, levels, size, solution, residual, terms)
     copy_into(rotated, solution)
     rotate(V, beta, ranks[levels], rotated)
     for c in range(nf):
         x[free[c]] = rotated[c]
     return _signs(
         S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
-        residual, solution, x, state, y, bland,
+        residual, terms, solution, x, state, held, y,
     )  # fmt: skip
 
 
-@kernel
+@kernel_apart
 def _signs(
     S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
-    residual, solution, x, state, y, bland,
+    residual, terms, solution, x, state, held, y,
 ):  # fmt: skip
     """All multipliers; returns the inequality with the worst sign at the first wrong level, or -1."""
     n, levels = x.size, starts.size - 1
-    decided = np.zeros(n + low.size, np.bool_)
-    out = np.empty(n + low.size)
+    decided = held.copy()
+    out, unsure = np.empty(n + low.size), np.empty(n + low.size)
     leaving = -1
     for a in range(starts[levels]):
         i = order[a]
-        decided[n + i] = low[i] == high[i]
+        decided[n + i] |= low[i] == high[i]
     for j in range(n):
-        decided[j] = box_low[j] == box_high[j]
+        decided[j] |= box_low[j] == box_high[j]
     for k in range(levels + 1):
-        level_multipliers(S, T, order, starts, ranks, levels, k, residual, solution, x, state, out)
+        level_multipliers(
+            S, T, scale, order, starts, ranks, levels, k, residual, terms, solution, x, state, out, unsure
+        )
         if k > 0:
             copy_into(y[k - 1], out)
         if leaving >= 0:
             continue
-        largest = 1.0
-        for a in range(starts[min(k + 1, levels)]):
-            largest = max(largest, abs(out[n + order[a]]) * min(1.0, scale[order[a]]))
         worst = 0.0
         for j in range(n + low.size):
             if state[j] == 0 or decided[j]:
                 continue
             if j >= n and j - n >= offsets[min(k + 1, levels)]:
                 continue
-            own = j >= n and k < levels and j - n >= offsets[k]
-            tolerance = FEASIBLE * scale[j - n] if own else SIGN * largest
+            tolerance = SIGN * unsure[j]
             price = state[j] * out[j]
             if price > tolerance:
                 decided[j] = True
-            elif price < -tolerance and (leaving < 0 or (price < worst and not bland)):
+            elif price < -tolerance and (leaving < 0 or price < worst):
                 worst, leaving = price, j
+        if k == 0 and leaving < 0:
+            _give_way(low, high, offsets, scale, state, out, decided)
     return leaving
 
 
 @kernel
-def _values(S, x, value):
-    for i in range(value.size):
-        total = 0.0
-        for j in range(x.size):
-            total += S[i, j] * x[j]
-        value[i] = total
-
-
-@kernel
-def _violated(low, high, box_low, box_high, scale, state, x, value):
-    """Number of inequalities outside W that x violates."""
-    n, count = x.size, 0
-    for j in range(n):
-        slack = ROUNDING * max(1.0, abs(x[j]))
-        if state[j] == 0 and (x[j] > box_high[j] + slack or x[j] < box_low[j] - slack):
-            count += 1
-    for i in range(low.size):
-        if state[n + i] == 0:
-            slack = FEASIBLE * scale[i]
-            if value[i] > high[i] + slack or value[i] < low[i] - slack:
-                count += 1
-    return count
-
-
-@kernel
-def _take_in(S, low, high, box_low, box_high, scale, state, goal, x, value):
-    """Start of the walk: x is the guess's solution moved into the box; violated rows join W."""
-    n = x.size
-    for j in range(n):
-        x[j] = min(max(goal[j], box_low[j]), box_high[j])
-        slack = ROUNDING * max(1.0, abs(x[j]))
-        if state[j] == 0 and goal[j] > box_high[j] + slack:
-            state[j] = 1
-        elif state[j] == 0 and goal[j] < box_low[j] - slack:
-            state[j] = -1
-    _values(S, x, value)
-    for i in range(low.size):
-        if state[n + i] == 0:
-            slack = FEASIBLE * scale[i]
-            if value[i] > high[i] + slack:
-                state[n + i] = 1
-            elif value[i] < low[i] - slack:
-                state[n + i] = -1
+def _give_way(low, high, offsets, scale, state, violation, decided):
+    """Hard rows that contradict each other by no more than AGREE move to where they are met."""
+    n = state.size - low.size
+    for i in range(offsets[1]):
+        over = state[n + i] * violation[n + i]
+        if low[i] < high[i] and 0.0 < over <= AGREE * scale[i]:
+            decided[n + i] = False
+            if state[n + i] > 0:
+                high[i] += over
+            else:
+                low[i] -= over
 
 
 @kernel
@@ -227,7 +247,7 @@ def _beyond(low, high, scale, side, i, value):
 
 
 @kernel
-def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead, bland):
+def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead):
     """Largest step in [0, 1] towards the goal; the row that stops it (or -1) and its side."""
     n = x.size
     alpha, entering, side, steepest = 1.0, -1, 0, 0.0
@@ -248,7 +268,7 @@ def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead, bl
         else:
             continue
         slope = abs(there - here)
-        if step < alpha or (step == alpha and slope > steepest and not bland) or entering < 0:
+        if step < alpha or (step == alpha and slope > steepest) or entering < 0:
             alpha, entering, side, steepest = step, j, toward, slope
     return alpha, entering, side
 
@@ -257,7 +277,7 @@ def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead, bl
 def _verdict(low, high, offsets, scale, value):
     """Solved, or infeasible if a hard row keeps a residual."""
     for i in range(offsets[1]):
-        slack = FEASIBLE * scale[i]
+        slack = AGREE * scale[i]
         if value[i] > high[i] + slack or value[i] < low[i] - slack:
             return INFEASIBLE
     return SOLVED

@@ -20,17 +20,17 @@ Pair = tuple[int, int]  # places in robot.geometry.geometryObjects
 _SAMPLES = 300
 
 
-def self_pairs(robot: Robot) -> tuple[Pair, ...]:
+def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
     """Pairs that can meet: the robot's own (from its SRDF), else found automatically.
 
     Automatic: all pairs on different joints, but for neighbours (joints that follow each other) and those
-    that overlap in every one of 300 random postures.
+    that are never farther apart than `clearance` [m] in 300 random postures.
     """
     shapes = robot.geometry.geometryObjects
     known = [(int(pair.first), int(pair.second)) for pair in robot.geometry.collisionPairs]
     if known:
         return tuple(p for p in known if shapes[p[0]].parentJoint != shapes[p[1]].parentJoint)
-    return _ever_apart(robot, _strangers(robot))
+    return _ever_apart(robot, _strangers(robot), clearance)
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, ...]:
@@ -91,7 +91,7 @@ def _strangers(robot: Robot) -> list[Pair]:
     ]
 
 
-def _ever_apart(robot: Robot, pairs: Sequence[Pair]) -> tuple[Pair, ...]:
+def _ever_apart(robot: Robot, pairs: Sequence[Pair], clearance: float) -> tuple[Pair, ...]:
     if not pairs:
         return ()
     shapes, data = solid(robot.geometry), robot.model.createData()
@@ -101,7 +101,7 @@ def _ever_apart(robot: Robot, pairs: Sequence[Pair]) -> tuple[Pair, ...]:
     rng, apart = np.random.default_rng(0), np.zeros(len(pairs), dtype=bool)
     for q in [*robot.postures.values(), *(random_posture(robot, rng) for _ in range(_SAMPLES))]:
         pin.computeDistances(robot.model, data, shapes, memory, q)
-        apart |= [result.min_distance > 0.0 for result in memory.distanceResults]
+        apart |= [result.min_distance > clearance for result in memory.distanceResults]
     return tuple(pair for pair, kept in zip(pairs, apart, strict=True) if kept)
 
 

@@ -201,6 +201,13 @@ class Robot:
         """Mass of all links [kg]; 0 for a robot whose links have no inertia."""
         return float(pin.computeTotalMass(self.model))
 
+    def carried(self) -> tuple[IntArray, Array]:
+        """For each joint, the world first: its parent; and (joints + 1, 4) the mass of the body that it
+        carries [kg], with the place of its centre in the joint's frame [m]."""
+        bodies = np.array([[body.mass, *body.lever] for body in self.model.inertias])
+        bodies[0] = 0.0  # what is fixed to the world moves no centre of mass
+        return np.array(self.model.parents, dtype=np.int64), bodies
+
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
         """q ⊕ v dt, one Euler step on the manifold (3.48)."""
         return pin.integrate(self.model, q, v * dt)

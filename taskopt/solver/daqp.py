@@ -8,6 +8,7 @@ from taskopt.problem.resolution import Status
 
 _FREE = 1e30  # its infinity
 _EQUALITY = 5  # its `sense` of an equality
+_PIVOT = 1e-14  # of the Gram matrix of rows; its default 1e-11 takes rows for parallel near a singularity
 _STATUS = {
     1: Status.SOLVED,
     -1: Status.INFEASIBLE,
@@ -33,6 +34,7 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
         primal_tol=tolerance,
         dual_tol=tolerance,
         eps_prox=0.0,
+        sing_tol=_PIVOT,
         iter_limit=1000,
     )
     y = np.asarray(info["lam"])

@@ -3,6 +3,7 @@
 from taskopt.task.base import BoundTask as BoundTask
 from taskopt.task.base import Task as Task
 from taskopt.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask
+from taskopt.task.damping import LevelDamping as LevelDamping
 from taskopt.task.during import During as During
 from taskopt.task.frame import FrameTask as FrameTask
 from taskopt.task.frame import OrientationTask as OrientationTask

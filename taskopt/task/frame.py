@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,50 @@ Expressed = Literal["own", "world"]
 
 
 @dataclass(frozen=True, eq=False)
-class FrameTask:
+class _OfFrame:
+    """What the three tasks of a frame have in common; `_ROWS` are the letters of their rows."""
+
+    frame: str
+    reference: Any = field(default_factory=Hold, kw_only=True)
+    gain: ArrayLike = field(default=1.0, kw_only=True)
+    weight: ArrayLike = field(default=1.0, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    _ROWS: ClassVar[str]
+    axes: ClassVar[str | Sequence[bool]]
+    expressed: ClassVar[Expressed]
+
+    def __post_init__(self) -> None:
+        self._rows()
+
+    def bind(self, robot: Robot, name: str) -> "BoundFrame":
+        mode = k.OWN if self.expressed == "own" else k.WORLD
+        if mode == k.OWN and self._ROWS == "xyz":
+            mode = k.POSITION
+        reference, gain = as_reference(self.reference), self._six(gains(self.gain, len(self._ROWS)))
+        return BoundFrame(robot, name, self.frame, reference, mode, self._rows(), gain, self._weights())
+
+    def _rows(self) -> IntArray:
+        """The rows of six that are taken; one with weight 0 asks for nothing."""
+        if self.expressed not in ("own", "world"):
+            raise InvalidValue(f"expressed must be 'own' or 'world', got {self.expressed!r}")
+        gains(self.gain, len(self._ROWS))
+        rows = chosen_rows(self.axes, self._ROWS, first="xyzrpy".index(self._ROWS))
+        kept = rows[self._weights()[rows] > 0.0]
+        if kept.size == 0:
+            raise InvalidValue("weight is 0 for all the axes chosen")
+        return kept
+
+    def _weights(self) -> Array:
+        pair = (3, 3) if len(self._ROWS) == 6 else ()
+        return self._six(weights(self.weight, len(self._ROWS), pair))
+
+    def _six(self, values: Array) -> Array:
+        return np.tile(values, 6 // len(values))
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTask(_OfFrame):
     """Bring a frame to a pose T_d(t), six rows: A v = b with b = ẋ_d + K e (3.67)–(3.70).
 
     Own axes: e = log6(T⁻¹ T_d), A = Jlog6(T_d⁻¹ T) J_own; translation [m] and rotation [rad] couple, and
@@ -34,34 +77,16 @@ class FrameTask:
     values, along the axes that the task is expressed in. `reference`: a `Reference`, or a pose to hold.
     """
 
-    frame: str
-    reference: Any = field(default_factory=Hold, kw_only=True)
-    gain: ArrayLike = field(default=1.0, kw_only=True)
-    weight: ArrayLike = field(default=1.0, kw_only=True)
     axes: str | Sequence[bool] = field(default="xyzrpy", kw_only=True)
     expressed: Expressed = field(default="own", kw_only=True)
-    name: str | None = field(default=None, kw_only=True)
-
-    def __post_init__(self) -> None:
-        self._rows()
+    _ROWS = "xyzrpy"
 
     def default_name(self) -> str:
         return self.frame
 
-    def bind(self, robot: Robot, name: str) -> "BoundFrame":
-        mode = k.OWN if self.expressed == "own" else k.WORLD
-        rows = self._rows()
-        gain, weight = gains(self.gain, 6), weights(self.weight, 6, (3, 3))
-        return BoundFrame(robot, name, self.frame, as_reference(self.reference), mode, rows, gain, weight)
-
-    def _rows(self) -> IntArray:
-        _checked(self.expressed)
-        gains(self.gain, 6)
-        return _weighted(chosen_rows(self.axes, "xyzrpy"), weights(self.weight, 6, (3, 3)))
-
 
 @dataclass(frozen=True, eq=False)
-class PositionTask:
+class PositionTask(_OfFrame):
     """Bring the origin of a frame to p_d(t), three rows [m]: A v = ṗ_d + K (p_d − p).
 
     Along the world's axes A is the positional Jacobian (3.5); along the frame's own axes e = Rᵀ(p_d − p)
@@ -69,35 +94,16 @@ class PositionTask:
     `weight`, `axes` as in `FrameTask`, with three numbers, "xyz".
     """
 
-    frame: str
-    reference: Any = field(default_factory=Hold, kw_only=True)
-    gain: ArrayLike = field(default=1.0, kw_only=True)
-    weight: ArrayLike = field(default=1.0, kw_only=True)
     axes: str | Sequence[bool] = field(default="xyz", kw_only=True)
     expressed: Expressed = field(default="world", kw_only=True)
-    name: str | None = field(default=None, kw_only=True)
-
-    def __post_init__(self) -> None:
-        self._rows()
+    _ROWS = "xyz"
 
     def default_name(self) -> str:
         return f"{self.frame} position"
 
-    def bind(self, robot: Robot, name: str) -> "BoundFrame":
-        mode = k.POSITION if self.expressed == "own" else k.WORLD
-        gain, weight = np.tile(gains(self.gain, 3), 2), np.tile(weights(self.weight, 3), 2)
-        return BoundFrame(
-            robot, name, self.frame, as_reference(self.reference), mode, self._rows(), gain, weight
-        )
-
-    def _rows(self) -> IntArray:
-        _checked(self.expressed)
-        gains(self.gain, 3)
-        return _weighted(chosen_rows(self.axes, "xyz"), np.tile(weights(self.weight, 3), 2))
-
 
 @dataclass(frozen=True, eq=False)
-class OrientationTask:
+class OrientationTask(_OfFrame):
     """Bring the axes of a frame to R_d(t), three rows [rad].
 
     Own axes: e = log(Rᵀ R_d); world axes: e = log(R_d Rᵀ), the rotation vector in [0, π] either way, and A
@@ -106,31 +112,12 @@ class OrientationTask:
     `FrameTask`, with three numbers, "rpy".
     """
 
-    frame: str
-    reference: Any = field(default_factory=Hold, kw_only=True)
-    gain: ArrayLike = field(default=1.0, kw_only=True)
-    weight: ArrayLike = field(default=1.0, kw_only=True)
     axes: str | Sequence[bool] = field(default="rpy", kw_only=True)
     expressed: Expressed = field(default="own", kw_only=True)
-    name: str | None = field(default=None, kw_only=True)
-
-    def __post_init__(self) -> None:
-        self._rows()
+    _ROWS = "rpy"
 
     def default_name(self) -> str:
         return f"{self.frame} orientation"
-
-    def bind(self, robot: Robot, name: str) -> "BoundFrame":
-        mode = k.OWN if self.expressed == "own" else k.WORLD
-        gain, weight = np.tile(gains(self.gain, 3), 2), np.tile(weights(self.weight, 3), 2)
-        return BoundFrame(
-            robot, name, self.frame, as_reference(self.reference), mode, self._rows(), gain, weight
-        )
-
-    def _rows(self) -> IntArray:
-        _checked(self.expressed)
-        gains(self.gain, 3)
-        return _weighted(chosen_rows(self.axes, "rpy", first=3), np.tile(weights(self.weight, 3), 2))
 
 
 class BoundFrame:
@@ -156,6 +143,7 @@ class BoundFrame:
         self.weight, self.gain = weight[rows], gain[rows]
         self.column: tuple[int, ...] = (-1,) * len(rows)
         self._reference = reference
+        self.holds = isinstance(reference, Hold)
         self._space = PoseSpace(f"target of '{name}'", angular=rows[0] >= 3)
         head = [mode, robot.frame_joint(frame), len(rows)]
         self.program = np.concatenate([head, rows, robot.support(frame)]).astype(np.int64)
@@ -183,16 +171,3 @@ class BoundFrame:
         self.aim(t)
         J, placements = at.joint_jacobians, at.joint_placements
         k.frame_rows(self.program, J, placements, self.memory, rows.A, rows.lower, rows.upper)
-
-
-def _weighted(rows: IntArray, weight: Array) -> IntArray:
-    """The rows with a weight; one with weight 0 asks for nothing."""
-    kept = rows[weight[rows] > 0.0]
-    if kept.size == 0:
-        raise InvalidValue("weight is 0 for all the axes chosen")
-    return kept
-
-
-def _checked(expressed: str) -> None:
-    if expressed not in ("own", "world"):
-        raise InvalidValue(f"expressed must be 'own' or 'world', got {expressed!r}")

@@ -13,9 +13,12 @@ w_d is the rate of the target carried to where it acts: for OWN, its linear part
 for WORLD, its angular part turned back by Eᵀ. OWN is Solà, Deray and Atchuthan (2018), eq. 79.
 """
 
+import numpy as np
+
 from taskopt.jacobian import frame_pose_into
 from taskopt.jit import kernel
 from taskopt.lie import log6_jlog6_into, relative_into
+from taskopt.pose import is_pose
 from taskopt.task.rows import task_rate
 
 OWN, WORLD, POSITION = 0, 1, 2
@@ -37,6 +40,7 @@ def frame_rows(indices, J, joint_placements, memory, A, lower, upper):
     """
     mode, m = indices[0], indices[2]
     joint = joint_placements[indices[1]]
+    flaw = 0.0 if is_pose(memory[TARGET : TARGET + 4, :4]) else np.nan  # found by `flawed`, which names it
     T = memory[ACTUAL : ACTUAL + 4, :4]
     placement = memory[PLACEMENT : PLACEMENT + 4, :4]
     frame_pose_into(joint[:9].reshape((3, 3)).T, joint[9:], placement, T)
@@ -63,7 +67,7 @@ def frame_rows(indices, J, joint_placements, memory, A, lower, upper):
         if moving:
             for j in range(6):
                 feedforward += M[i, j] * twist[j]
-        lower[r] = upper[r] = task_rate(feedforward, memory[GAIN, i], error[i])
+        lower[r] = upper[r] = task_rate(feedforward, memory[GAIN, i], error[i]) + flaw
         memory[ERROR, r] = error[i]
 
 

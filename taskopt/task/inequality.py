@@ -100,7 +100,7 @@ class GazeTask:
 
 
 class BoundBox:
-    """Rows of the axes that have a closed side; `value` is p along them."""
+    """Rows of the axes that have a closed side; `value` is p along them, `box` (2, 3) the sides [m]."""
 
     frame = target = actual = None
     constant = False
@@ -113,6 +113,8 @@ class BoundBox:
         self.row_units = tuple(ROW_UNITS[i] for i in rows)
         self.column: tuple[int, ...] = (-1,) * len(rows)
         self.gain, self.weight = gain, weight
+        self.box = np.array([np.full(3, -np.inf), np.full(3, np.inf)])
+        self.box[:, rows] = sides
         self.error, self.value = np.zeros(len(rows)), np.zeros(len(rows))
         self._pose, self._jacobian = np.empty((4, 4)), np.empty((6, robot.nv))
 
@@ -142,6 +144,7 @@ class BoundGaze:
         self.name, self._frame, self._half_angle = name, task.frame, float(task.half_angle)
         axis = finite("axis", task.axis, (3,))
         self._axis = axis / np.linalg.norm(axis)
+        self.cone = task.frame, self._axis, self._half_angle  # frame, unit axis in it, half angle [rad]
         self.gain, self.weight = gains(task.gain, 1), weights(task.weight, 1)
         self.error, self.value = np.zeros(1), np.zeros(1)
         self._reference = as_reference(task.target)

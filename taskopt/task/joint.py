@@ -86,6 +86,7 @@ class BoundJoints:
         self.row_names = tuple(robot.velocity_names[c] for c in columns)
         self.row_units = rate_units(robot.coordinate_units[c] for c in columns)
         self._reference, self._space, self._columns = reference, space, columns
+        self.holds = isinstance(reference, Hold)
         m, nq, nv = columns.size, robot.nq, robot.nv
         places = np.column_stack([columns, coordinates(robot)[columns]])
         self.program = np.concatenate([[m, nq, nv], places.ravel()])

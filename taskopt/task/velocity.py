@@ -17,7 +17,8 @@ class DampingTask:
     """Stand still: v = 0, one row a velocity; below or beside other tasks, it damps what they leave.
 
     `weight` is the factor of ½‖v‖², one number or one a velocity. Beside a task of weight 1 it adds
-    `weight` to the diagonal of JᵀJ, as k² in (3.59).
+    `weight` to the diagonal of JᵀJ, as k² in (3.59). It asks for every joint, so that nothing is left for
+    levels below: above others take `LevelDamping`, which damps what its level decides and no more.
     """
 
     weight: ArrayLike = 1.0

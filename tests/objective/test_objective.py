@@ -31,7 +31,7 @@ class Sines(Objective):
 def assert_gradient(objective: Objective, at: Configuration) -> None:
     """To 1e-7 of the largest slope: the limit is what a central difference of this step can see."""
     numeric = derivative(objective.value, at)
-    scale = max(np.abs(numeric).max(), abs(objective.value(at)), 1e-3)
+    scale = np.abs(numeric).max()
     np.testing.assert_allclose(objective.gradient(at), numeric, rtol=0, atol=1e-7 * scale)
 
 
@@ -103,11 +103,14 @@ def test_more_axes_than_joints_is_refused():
         Manipulability("tip").value(random_configuration("planar3", 0))
 
 
-@pytest.mark.parametrize("name", ["panda", "tiago", "talos_reduced"])
+@pytest.mark.parametrize("name", FRAMES)
 def test_the_gradient_of_joint_range_is_its_derivative(name):
-    """(3.57) by differences, wheels and floating base left out."""
+    """(3.57) by differences, wheels and floating base left out; the planar arm gets its limits by hand."""
     for seed in range(3):
         at = random_configuration(name, seed)
+        if name == "planar3":
+            assert_gradient(JointRange(lower=[-6.0, -1.5, -4.0], upper=[6.0, 1.5, -1.0]), at)
+            continue
         assert_gradient(JointRange(), at)
         assert (JointRange().gradient(at)[at.robot.position_index < 0] == 0.0).all()
 

@@ -20,11 +20,10 @@ TWO = (Sphere([0.5, 0.4, 0.0], 0.1), Sphere([0.5, -0.4, 0.0], 0.1))
 def test_the_gradient_is_the_derivative(name):
     """Σ pᵢ ∇dᵢ to 1e-7 for several obstacles at once; at most one posture in twelve is at a kink."""
     rng, kinks = np.random.default_rng(2), 0
-    for _ in range(12 if name != "talos_reduced" else 4):
+    for draw in range(12 if name != "talos_reduced" else 4):
         at, place = beside(robot(name), rng, scatter=0.2)
-        w = ObstacleDistance(
-            [make(np.add(place, [0, 0, 0.1 * i])) for i, make in enumerate(SOLIDS.values())], 0.02
-        )
+        several = list(SOLIDS.values())[: 4 if draw % 4 == 0 else 3]  # a half-space often hides the others
+        w = ObstacleDistance([make(np.add(place, [0, 0, 0.1 * i])) for i, make in enumerate(several)], 0.02)
         numeric, own = derivative(w.value, at), w.gradient(at)
         scale = max(np.abs(numeric).max(), 0.05)
         if np.abs(own - numeric).max() < 1e-7 * scale:

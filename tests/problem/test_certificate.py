@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from taskopt.problem.certificate import RESIDUALS, certify
 from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.problem.multipliers import certify_velocity
 from taskopt.resolver.active_set import ActiveSet
 from tests.oracles import random_hierarchy
 
@@ -78,6 +79,26 @@ def test_levels_in_the_wrong_order_are_refused():
     first, second = Level([[1.0, 0.0]], [1.0]), Level([[1.0, 0.0]], [0.0])
     answer, _ = ActiveSet()(Hierarchy([second, first]))
     assert not certify(Hierarchy([first, second]), answer.x, answer.multipliers).proves()
+
+
+def test_multipliers_that_cancel_prove_nothing():
+    """Two equal rows with prices ±1e12 are stationary whatever x is; level 3 still wants x₁ = 1."""
+    same = Level([[1.0, 0.0]], [0.0])
+    hierarchy = Hierarchy([same, same, Level([[0.0, 1.0]], [1.0])])
+    multipliers = np.zeros((4, 5))
+    multipliers[2:, 2], multipliers[2:, 3] = 1e12, -1e12
+    multipliers[3, 4] = -0.5
+    certificate = certify(hierarchy, np.array([0.0, 0.5]), multipliers)
+    assert not certificate.proves()
+    assert certificate.worst_name == "stationarity of level 3"
+
+
+@pytest.mark.parametrize("unit", [1e-8, 1e-5, 1.0, 1e5])
+def test_a_lie_is_one_in_any_unit(unit):
+    """Rows in other units make gradients small or large; x₀ = 0.2 where 1 is wanted is wrong in all."""
+    hierarchy = Hierarchy([Level([[unit, 0.0]], [unit]), Level([[0.0, 1.0]], [1.0])])
+    assert not certify_velocity(hierarchy, [0.2, 1.0]).proves()
+    assert certify_velocity(hierarchy, [1.0, 1.0]).proves()
 
 
 def test_not_a_number_is_never_a_proof():

@@ -5,13 +5,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from taskopt import Hierarchy, JointTask, JointVelocityLimit, Level, Scenario, Stack
+from taskopt import Hierarchy, JointTask, JointVelocityLimit, Level, PositionTask, Scenario, Stack
 from taskopt.errors import InvalidValue
 from taskopt.problem.chatter import ADVICE, chatter
+from taskopt.problem.damping import ConstantDamping
 from taskopt.problem.resolution import Resolution
 from taskopt.resolver.active_set import ActiveSet
 from taskopt.robot import planar_arm
 from taskopt.run import run
+from taskopt.task import LevelDamping
 
 DT = 1e-2
 
@@ -54,6 +56,21 @@ def test_what_binds_and_stays_does_not_chatter() -> None:
     assert chatter([], DT) == ()
     with pytest.raises(InvalidValue, match="dt"):
         chatter([], 0.0)
+
+
+@pytest.mark.parametrize("gain", [2.0, 20.0])
+def test_a_target_out_of_reach_is_the_rank_and_damping_it_helps_where_a_lower_gain_does_not(gain: float):
+    """A stretched arm flips its joints from tick to tick, whatever the gain, until its level is damped."""
+    arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
+    far = PositionTask("tip", reference=(1.8, 1.2, 0.0), gain=gain, axes="xy")
+    found = []
+    for level in ([far], [far, LevelDamping(ConstantDamping(0.3))]):
+        stack = Stack([level, [JointTask()]], [JointVelocityLimit()])
+        scenario = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.8, dt=2e-3)
+        found.append(chatter((step.resolution for step in run(scenario, ActiveSet())), 2e-3))
+    assert {row.cause for row in found[0]} == {"rank"}
+    assert found[0][0].per_second > 300.0
+    assert found[1] == ()
 
 
 def test_a_run_that_meets_its_limits_once_does_not_chatter() -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from taskopt.errors import Infeasible, InvalidValue
 from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.resolver.registry import resolve
 
 
 def test_equalities_and_inequalities_of_a_level_keep_their_order():
@@ -51,13 +52,60 @@ def test_the_cost_of_a_level_has_its_half_and_its_weight():
         (lambda: Hierarchy([]), "no level and no box"),
         (lambda: Hierarchy([Level([[1.0]], [0.0])], norm=[-1.0]), "positive definite"),
         (lambda: Hierarchy([Level(np.eye(2), np.zeros(2))], norm=[[1.0, 2.0], [0.0, 1.0]]), "symmetric"),
-        (lambda: Hierarchy([Level([[1.0]], [0.0])], unknowns=("a", "b")), "1 names, got 2"),
+        (lambda: Hierarchy([Level([[1.0]], [0.0])], unknowns=("a", "b")), "1 names, each different"),
+        (lambda: Hierarchy([Level(np.eye(2), [0, 0])], unknowns=("a", "a")), "2 names, each different"),
+        (lambda: Level(np.array([[1j]]), [1.0]), "A must be numbers, got array"),
+        (lambda: Hierarchy(Level([[1.0]], [0.0])), "sequence of levels, got Level"),  # type: ignore[arg-type]
+        (lambda: Hierarchy(None), "sequence of levels, got NoneType"),  # type: ignore[arg-type]
+        (lambda: Hierarchy([np.eye(2)]), r"a Level or a pair \(A, b\), got ndarray"),  # type: ignore[list-item]
+        (lambda: Hierarchy([([[1.0]], [0.0], [1.0])]), "a Level or a pair"),  # type: ignore[list-item]
+        (lambda: Hierarchy([Level([[1.0]], [0.0])], limits=3), "limits must be a Level"),  # type: ignore[arg-type]
+        (lambda: Hierarchy([Level([[1.0]], [0.0])], box=3), "pair .*, got 3"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_wrong_is_named(build, message):
     """Each mistake is refused with what was got and what was expected."""
     with pytest.raises(InvalidValue, match=message):
         build()
+
+
+def test_limits_may_be_a_pair_like_any_level():
+    """(A, b) as hard rows is A x = b."""
+    hierarchy = Hierarchy([([[0.0, 1.0]], [1.0])], limits=([[1.0, 1.0]], [3.0]))
+    np.testing.assert_array_equal(hierarchy.limits.lower, [3.0])
+    np.testing.assert_array_equal(hierarchy.limits.upper, [3.0])
+
+
+def test_levels_of_one_name_are_numbered():
+    """Else what one of them lacks would be lost behind the other's name."""
+    row = [[1.0]]
+    hierarchy = Hierarchy([Level(row, [k], name="reach") for k in range(3)], limits=Level(row, upper=[1.0]))
+    names = [block.name for block in hierarchy.layout.blocks]
+    assert names == ["limits", "reach", "reach 2", "reach 3"]
+    assert set(resolve(hierarchy).residuals) == {"reach", "reach 2", "reach 3"}
+
+
+@pytest.mark.parametrize("norm", [[1.0, 2.0], [[2.0, 0.5], [0.5, 1.0]]])
+def test_the_norm_of_a_kept_resolution_cannot_change(norm):
+    """It is shared, so it is read-only; a hierarchy that needs another one is given one."""
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [1.0])], norm=norm)
+    kept = resolve(hierarchy).problem
+    with pytest.raises(ValueError, match="read-only"):
+        hierarchy.norm[0] = 7.0
+    np.testing.assert_array_equal(kept.norm, norm)
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda h: resolve(h, None), "such as 'active-set'; got None"),  # type: ignore[arg-type]
+        (lambda h: resolve(list(h.levels)), "Hierarchy, got list"),  # type: ignore[arg-type]
+    ],
+)
+def test_resolve_refuses_what_it_cannot_resolve(ask, message):
+    """Anything but a hierarchy and a name."""
+    with pytest.raises(InvalidValue, match=message):
+        ask(Hierarchy([Level([[1.0]], [0.0])]))
 
 
 def test_a_lower_bound_above_its_upper_bound_is_infeasible():

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt.errors import InvalidValue
-from taskopt.problem.certificate import certify
+from taskopt.problem.certificate import TOLERANCE, certify
 from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.multipliers import certify_velocity, find_multipliers
+from taskopt.problem.multipliers import NEAR, certify_velocity, find_multipliers
 from tests.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -54,6 +54,30 @@ def test_the_price_is_the_derivative_of_the_cost() -> None:
     hierarchy = Hierarchy([Level([[2.0]], [6.0], weight=3.0)], box=([-5.0], [1.0]))
     price = find_multipliers(hierarchy, np.array([1.0]))[0, 0]
     assert price == pytest.approx(-(costs[1] - costs[0]) / 1e-6, rel=1e-5)
+
+
+def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
+    """Dependent to 1e-13, they could fit any gradient with prices of 1e13: those of a wrong x stay small."""
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        row = rng.normal(size=4)
+        pair = [Level([row], [1.0]), Level([row + 1e-13 * rng.normal(size=4)], [1.0])]
+        hierarchy = Hierarchy([*pair, Level(np.eye(4), rng.normal(size=4))])
+        x = row / (row @ row)
+        lie = x + 0.1 * np.linalg.svd([row])[2][-1]
+        assert np.abs(find_multipliers(hierarchy, lie)).max() < 1e3
+        assert not certify_velocity(hierarchy, lie).proves()
+
+
+def test_only_the_bound_that_is_met_has_a_price() -> None:
+    """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the price, and the certificate refuses it there."""
+    assert NEAR <= TOLERANCE
+    near = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [0.5 + 5e-8]), limits=Level([[1.0]], upper=[0.5]))
+    y = find_multipliers(near, np.array([0.5]))
+    np.testing.assert_allclose(y[0, :2], [0.0, 1.5], atol=1e-12)
+    assert certify_velocity(near, [0.5]).proves()
+    y[:, [0, 1]] = y[:, [1, 0]]
+    assert not certify(near, np.array([0.5]), y).proves()
 
 
 def test_arrays_that_are_no_velocity_are_refused() -> None:

@@ -29,7 +29,7 @@ from taskopt.run import run
 from taskopt.scenario import Scenario
 from taskopt.stack import Stack
 from taskopt.task import GradientTask, OrientationTask, PositionTask
-from tests.rrd import batches, entities, layout_words, rows_of
+from tests.rrd import batches, entities, layout_words, rows_of, written_in_pieces
 
 NAMES = ("active-set", "pinv")
 MARGIN, INFLUENCE = 0.02, 0.15
@@ -177,17 +177,7 @@ def test_distance_plots_begin_when_a_pair_comes_near(folder, info, steps):
 
 def test_batches_of_any_size_draw_the_same_distances(info, steps, tmp_path):
     """Cutting a run into pieces changes neither lines, nor their beginnings, nor their colours."""
-    files = []
-    for size in (7, 1000):
-        file = tmp_path / str(size) / "run.rrd"
-        file.parent.mkdir()
-        log = Gatherer(info, [StreamSink(file)])
-        with log:
-            for k, step in enumerate(steps["active-set"]):
-                log.write(step)
-                if k % size == size - 1:
-                    log._flush()
-        files.append(file)
+    files = written_in_pieces(info, steps["active-set"], tmp_path)
     paths = {p for p in entities(files[0]) if p.startswith(("/world/", "/resolver/"))}
     assert paths == {p for p in entities(files[1]) if p.startswith(("/world/", "/resolver/"))}
     for path in sorted(paths):

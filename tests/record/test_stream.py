@@ -5,10 +5,9 @@ import pytest
 
 from taskopt.record import blueprint as layout
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import Gatherer
 from taskopt.record.series import compared, of, priced_lines
 from taskopt.record.stream import StreamSink
-from tests.rrd import batches, entities, layout_words, rows_of
+from tests.rrd import batches, entities, layout_words, rows_of, written_in_pieces
 
 NAMES = ("active-set", "wqp/daqp", "pinv")
 
@@ -128,17 +127,7 @@ def test_the_card_ends_with_the_figures(folder, steps):
 
 def test_batches_of_any_size_make_the_same_recording(info, steps, tmp_path):
     """Cutting a run into pieces changes neither a row nor a path segment."""
-    files = []
-    for size in (7, 1000):
-        file = tmp_path / str(size) / "run.rrd"
-        file.parent.mkdir()
-        log = Gatherer(info, [StreamSink(file)])
-        with log:
-            for k, step in enumerate(steps["active-set"]):
-                log.write(step)
-                if k % size == size - 1:
-                    log._flush()
-        files.append(file)
+    files = written_in_pieces(info, steps["active-set"], tmp_path)
     for path in (
         of("active-set", "q"),
         of("active-set", "multiplier"),

@@ -6,11 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt.arrays import Array
+from taskopt.problem.certificate import certify
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.resolution import Status
 from taskopt.resolver.active_set import ActiveSet
 from taskopt.resolver.base import Memory
 from tests.oracles import lexicographic_optimum, random_hierarchy
+from tests.tight import tight_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -108,6 +110,65 @@ def test_a_full_norm_is_certified_on_the_declared_rows(seed):
     resolution, _ = ActiveSet()(hierarchy)
     assert resolution.status is Status.SOLVED
     assert resolution.certified()
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_bounds_within_a_hair_of_the_optimum_are_no_trap(block):
+    """300 boxes with bounds at the optimum or 1e-12 to 1e-9 beside it: solved and proven, cold and lost."""
+    for seed in range(30 * block, 30 * block + 30):
+        hierarchy = tight_hierarchy(seed)
+        state = np.random.default_rng(seed).integers(-1, 2, hierarchy.layout.width).astype(np.int8)
+        exact = lexicographic_optimum(hierarchy) if seed % 6 == 1 else None
+        for guess in (None, Memory(state)):
+            resolution, _ = ActiveSet()(hierarchy, guess)
+            assert resolution.status is Status.SOLVED, seed
+            assert resolution.certified(), seed
+            if exact is not None:
+                np.testing.assert_allclose(resolution.x, exact, atol=1e-8)
+        lie = resolution.x + 1e-6 * np.where(state[: hierarchy.n] < 0, -1.0, 1.0)
+        assert not certify(hierarchy, lie, resolution.multipliers).proves(), seed
+
+
+def test_ticks_that_swing_between_two_active_sets_are_guessed_right():
+    """After two swings one factorisation a tick; a memory of one tick needs more at every tick."""
+    there, back = _swinging(1.0), _swinging(-1.0)
+    memory, short, told, forgetful = None, None, [], []
+    for k in range(12):
+        hierarchy = back if k % 2 else there
+        first, memory = ActiveSet(shortcut=False)(hierarchy, memory)
+        second, short = ActiveSet(shortcut=False)(hierarchy, short and Memory(short.state))
+        np.testing.assert_allclose(first.x, second.x, atol=1e-12)
+        told.append(first.iterations)
+        forgetful.append(second.iterations)
+    assert memory is not None
+    assert memory.swings
+    assert set(told[4:]) == {1}
+    assert min(forgetful[4:]) > 1
+
+
+def _swinging(sign: float) -> Hierarchy:
+    """A target far outside the box, now on one side, now on the other."""
+    A = np.random.default_rng(3).standard_normal((3, 7))
+    return Hierarchy(
+        [Level(A, sign * np.full(3, 9.0)), Level(np.eye(7), np.zeros(7))], (-np.ones(7), np.ones(7))
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_saturated_stream_is_proven_tick_by_tick(seed):
+    """30 unknowns, four levels whose rows turn slowly, targets out of reach: 60 ticks, each from the last."""
+    rng = np.random.default_rng(seed)
+    sizes, n = (6, 6, 3), 30
+    start, turn = ([rng.standard_normal((m, n)) for m in sizes] for _ in range(2))
+    goal = [rng.standard_normal(m) * 4.0 for m in sizes]
+    box, memory = rng.uniform(0.05, 0.5, n), None
+    for k in range(60):
+        rows = [np.cos(0.02 * k) * A + np.sin(0.02 * k) * B for A, B in zip(start, turn, strict=True)]
+        levels = [Level(A, b) for A, b in zip(rows, goal, strict=True)]
+        hierarchy = Hierarchy([*levels, Level(np.eye(n), np.zeros(n))], box=(-box, box))
+        resolution, memory = ActiveSet()(hierarchy, memory)
+        assert resolution.status is Status.SOLVED, k
+        assert resolution.certified(), k
 
 
 def test_contradicting_hard_rows_are_infeasible():

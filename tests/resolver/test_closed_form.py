@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt.errors import InvalidValue
+from taskopt.problem.damping import NONE, ConstantDamping
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.multipliers import certify_velocity
 from taskopt.problem.resolution import Status
@@ -23,7 +24,6 @@ from taskopt.resolver.closed_form import (
     weighted_least_squares,
     weighted_pseudo_inverse,
 )
-from taskopt.resolver.damping import NONE, ConstantDamping
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver

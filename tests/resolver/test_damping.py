@@ -7,9 +7,7 @@ from hypothesis import strategies as st
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
-from taskopt.resolver.damping import (
+from taskopt.problem.damping import (
     NONE,
     POLICIES,
     Chiaverini,
@@ -19,6 +17,8 @@ from taskopt.resolver.damping import (
     NumericalFiltering,
     Sugihara,
 )
+from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
 from taskopt.resolver.formula import DampedLeastSquares
 from taskopt.resolver.hqp import HierarchicalQP
 from tests.spectrum import jacobian

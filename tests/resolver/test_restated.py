@@ -17,8 +17,8 @@ from tests.oracles import lexicographic_optimum, random_hierarchy
 
 TASKS = Path(__file__).parents[2] / "tasks"
 OBJECTIVES = (
-    "weighted_norm", "minimum_norm", "internal_motion", "manipulability", "joint_range", "damped",
-    "obstacle_distance", "obstacle_first", "panda_circle",
+    "square_inverse", "weighted_norm", "minimum_norm", "internal_motion", "manipulability", "joint_range",
+    "damped", "damping_policy", "singular", "obstacle_distance", "obstacle_first", "panda_circle",
 )  # fmt: skip
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from taskopt.problem.damping import Chiaverini
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.damping import Chiaverini
 from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.review import TickReview

@@ -13,10 +13,10 @@ from taskopt.limit import JointAccelerationLimit
 from taskopt.problem.policy import Policy
 from taskopt.problem.resolution import Status
 from taskopt.resolver.active_set import ActiveSet
-from taskopt.resolver.base import unanswered
 from taskopt.resolver.conflict import conflict, relaxed
 from taskopt.resolver.registry import resolver
 from taskopt.resolver.settle import settle
+from taskopt.resolver.unanswered import unanswered
 from taskopt.robot import planar_arm
 from taskopt.run import run
 from tests.resolver.test_conflict import random_limits
@@ -127,6 +127,8 @@ def test_a_solver_that_claims_a_conflict_where_there_is_none_is_not_believed() -
     """Phase one decides: the error is that of an answer that is missing."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]))
     claimed = unanswered(hierarchy, Status.INFEASIBLE)[0]
+    assert claimed.status is Status.FAILED
+    claimed.status = Status.INFEASIBLE
     for policy in get_args(Policy):
         assert settle(policy, resolver("hqp/daqp"), hierarchy, claimed, np.zeros(1), "t = 0") is claimed
 

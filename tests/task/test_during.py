@@ -9,7 +9,7 @@ from taskopt import Controller, FrameTask, JointPositionLimit, JointTask, JointV
 from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
 from taskopt.task import BoxTask, During, PositionTask
-from taskopt.task.during import largest_jump
+from taskopt.task.during import largest_jump, swap, transitions
 from tests.moving import generic_q, robot
 
 LIMITS = [JointPositionLimit(), JointVelocityLimit()]
@@ -42,7 +42,7 @@ def cases(blend):
         "insert below": [[FIRST], [During(FAR, **late)], [REST]],
         "remove": [[During(FAR, **early)], [REST]],
         "inequality": [[During(BOX, **late)], [FAR], [REST]],
-        "swap": [[During(FAR, **early)], [REST], [During(FAR, **late)]],
+        "swap": swap([REST], [FAR], at=0.3, blend=blend),
     }
 
 
@@ -61,9 +61,9 @@ def test_blended_transitions_are_lipschitz_in_time_and_switched_ones_are_not(cas
 def test_before_and_after_it_is_the_stack_without_and_with_the_task(case):
     """The velocities at both ends are those of the stacks that are meant."""
     without = {"insert above": [[REST]], "insert below": [[FIRST], [REST]],
-               "remove": [[FAR], [REST]], "inequality": [[FAR], [REST]], "swap": [[FAR], [REST]]}  # fmt: skip
+               "remove": [[FAR], [REST]], "inequality": [[FAR], [REST]], "swap": [[REST], [FAR]]}  # fmt: skip
     with_it = {"insert above": [[FAR], [REST]], "insert below": [[FIRST], [FAR], [REST]],
-               "remove": [[REST]], "inequality": [[BOX], [FAR], [REST]], "swap": [[REST], [FAR]]}  # fmt: skip
+               "remove": [[REST]], "inequality": [[BOX], [FAR], [REST]], "swap": [[FAR], [REST]]}  # fmt: skip
     path = velocities(cases(0.4)[case], 1e-2)
     np.testing.assert_allclose(path[0], velocities(without[case], 1.0)[0], atol=1e-9)
     np.testing.assert_allclose(path[-1], velocities(with_it[case], 1.0)[0], atol=1e-9)
@@ -83,6 +83,33 @@ def test_a_task_holds_the_place_where_it_begins():
     after = Configuration(of, q).pose("panda_hand")
     assert np.linalg.norm(begun[:3, 3] - HOME[:3, 3]) > 0.05
     np.testing.assert_allclose(after[:3, 3], begun[:3, 3], atol=2e-3)
+
+
+@pytest.mark.parametrize("times", [{"begin": 0.1}, {"end": 0.1}])
+def test_a_task_that_asks_for_much_closes_in_from_as_far(times):
+    """At a gain of 400 1/s the goal is far beyond ±10; reach follows unless it is declared too small."""
+    hurried = FrameTask("panda_hand", reference=HOME[:3, 3] + [0.1, 0.1, 0.0], gain=400.0, axes="xyz")
+    far = 400.0 * 0.1
+    jumps = []
+    for reach in (None, 0.1 * far):
+        levels = [[During(hurried, blend=0.3, reach=reach, **times)], [REST]]
+        control = Controller(robot("panda"), Stack(levels), dt=1e-3)
+        jumps.append(largest_jump(np.array([control.step(Q, k * 1e-3).v.copy() for k in range(500)])))
+    assert jumps[0] < 0.1 * far
+    assert jumps[1] > 3.0 * jumps[0]
+
+
+def test_a_plan_tells_when_its_tasks_come_and_go():
+    """Each end of each task that has one; a swap is both at once."""
+    stack = Stack([[During(FIRST, begin=0.1, end=1.0, blend=0.2)], *swap([REST], [FAR], at=0.5)])
+    found = {
+        (name, what): (begin, end)
+        for name, what, begin, end in transitions(stack.compile(robot("panda"), 1e-3).tasks)
+    }
+    assert found[FIRST.default_name(), "comes"] == pytest.approx((0.1, 0.3))
+    assert found[FIRST.default_name(), "goes"] == pytest.approx((1.0, 1.2))
+    assert found["panda_hand", "comes"] == found["panda_hand 2", "goes"] == (0.5, 0.75)
+    assert len(found) == 4
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.resolver import lexicographic
+from taskopt.problem.rank import LOST, RankRule
+from taskopt.resolver.active_set import ActiveSet
 from taskopt.resolver.base import Memory
 from taskopt.resolver.formula import PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
-from taskopt.resolver.rank import LOST, RankRule
 from tests.spectrum import with_singular_values
 
 RULE = RankRule(lost=1e-3, regained=2e-3)
@@ -78,8 +78,12 @@ def test_without_memory_the_lower_threshold_decides() -> None:
 
 
 def test_the_compiled_core_goes_by_the_same_number() -> None:
-    """Its rows are dependent where the rule's directions are lost."""
-    assert lexicographic.RANK == LOST
+    """A row with less than `LOST` left beside another is dependent, with more it is not, to both alike."""
+    for left, counts in ((0.5 * LOST, False), (2.0 * LOST, True)):
+        hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.0]), Level([[1.0, left]], [left])])
+        compiled = ActiveSet(shortcut=False)(hierarchy)[0].x
+        np.testing.assert_allclose(compiled, [0.0, float(counts)], atol=1e-6)
+        np.testing.assert_allclose(PseudoInverse()(hierarchy)[0].x, compiled, atol=1e-6)
 
 
 @pytest.mark.parametrize(("lost", "regained"), [(0.0, 1e-3), (1e-3, 1e-4), (1e-3, 1.0), (np.nan, 1e-3)])

@@ -1,0 +1,24 @@
+"""The arm of `damped` passes its base again, damped only where, and only as much as, it has to be.
+
+Damping by a policy: k² of (3.59) grows from zero as the smallest singular value falls below 0.15 (Chiaverini,
+Siciliano and Egeland 1994), along the singular direction only. Before and after the tip keeps to its line
+exactly, which with a constant k it nowhere does.
+"""
+
+from taskopt import Line, PositionTask, Scenario, Stack
+from taskopt.problem.damping import NumericalFiltering
+from taskopt.robot import planar_arm
+from taskopt.task import LevelDamping
+
+past = Line(by=(-1.2, 0.0, 0.0), duration=3.0)  # [m], [s]
+policy = NumericalFiltering(k_max=0.1, epsilon=0.15)
+
+scenario = Scenario(
+    robot=planar_arm([0.5, 0.5]),
+    q0=[-0.8764, 1.8527],
+    stack=Stack(
+        levels=[[PositionTask("tip", reference=past, gain=10.0, axes="xy"), LevelDamping(policy)]],
+    ),
+    duration=4.0,
+    dt=1e-3,
+)

@@ -1,0 +1,21 @@
+"""A Panda with one joint locked has as many joints as its hand has directions: nothing is left to decide.
+
+The inverse of a square Jacobian, q̇ = J⁻¹ v (3.47), draws a circle. Norm and lower levels would change
+nothing; limits that do not bind change nothing either, and the QP answers what the formula does.
+"""
+
+from taskopt import Circle, FrameTask, JointPositionLimit, JointVelocityLimit, Robot, Scenario, Stack
+
+circle = Circle(radius=0.1, period=4.0)  # [m], [s]
+held = ("panda_joint3", "panda_finger_joint1", "panda_finger_joint2")
+
+scenario = Scenario(
+    robot=Robot.load("panda", lock=held),
+    q0=[0.3, -0.4, -2.2, 0.0, 1.8, 0.8],
+    stack=Stack(
+        levels=[[FrameTask("panda_hand", reference=circle, gain=20.0)]],  # [1/s]
+        limits=[JointPositionLimit(), JointVelocityLimit()],
+    ),
+    duration=4.0,
+    dt=1e-3,
+)
