@@ -41,6 +41,7 @@ class Configuration:
     def __init__(self, robot: Robot, q: ArrayLike) -> None:
         self.robot = robot
         self.q: Array = robot.checked_q(q)
+        self._shape = self.q.shape
         self._model, self._data = robot.model, robot.model.createData()
         self._views: dict[str, FrameView] = {}
         # (6, nv), Fortran order, Pinocchio's own memory; for nv = 1 its array has lost the second axis.
@@ -50,7 +51,7 @@ class Configuration:
 
     def update(self, q: Array) -> None:
         """Move to q; only its size is checked."""
-        if q.shape != self.q.shape:
+        if q.shape != self._shape:
             raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
         self.q[...] = q
         pin.computeJointJacobians(self._model, self._data, self.q)

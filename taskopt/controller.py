@@ -10,6 +10,7 @@ from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.active_set import ActiveSet, concluded, new_history, resolve_kernel
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.review import TickReview
 from taskopt.resolver.settle import settle
 from taskopt.robot import Robot
 from taskopt.run import not_solved, usable
@@ -39,10 +40,11 @@ class Controller:
         self._robot, self._tells = robot, bool(self.plan.rate_limits)
         self._resolve = self._in_two
         layout, norm = self.plan.layout, self.plan.hierarchy.norm
+        self._history, self._sizes = new_history(layout), (layout.width, layout.answer_size)
         if isinstance(self.resolver, ActiveSet) and self.plan.in_one_call and norm.ndim == 1:
             self._resolve = self._in_one_call
-            self._arguments = *self.plan.tick, norm, self.resolver.shortcut, self.resolver.iterations
-        self._sizes = layout.width, layout.answer_size
+            settings = self.resolver.shortcut, self.resolver.iterations
+            self._arguments = *self.plan.tick, norm, *settings, self._history
         self._forget()
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
@@ -88,7 +90,7 @@ class Controller:
     def _forget(self) -> None:
         """Begin the next tick from nothing."""
         self._memory: Memory | None = None
-        self._history = new_history(self.plan.layout)
+        self._history[:] = 0
 
     def _in_two(self, q: Array, t: float) -> Resolution:
         """Rows first, then any resolver."""
@@ -100,7 +102,9 @@ class Controller:
         self.plan.aim(q, t)
         width, size = self._sizes
         state, answer = np.empty(width, np.int8), np.empty(size)
-        code, rounds = _fill_and_resolve(*self._arguments, self._history, state, answer)
+        code, rounds = _fill_and_resolve(*self._arguments, state, answer)
+        if code == 0:
+            return Resolution(self.plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
         if code < 0:
             self.plan.blame(t)
         return concluded(self.plan.hierarchy, answer, state, code, rounds)

@@ -57,14 +57,15 @@ class Distances:
 def distances_into(contact, crossed, turn, J, distance, gradient):
     """d = n·(p₂ − p₁) and ∂d/∂q_k = ±(n·v_k + (p₁ × n)·ω_k), v_k and ω_k being column k of J.
 
-    d is `crossed` and ∂d/∂q zero where n is zero. Returns whether any two witness points are the same.
+    d is `crossed` and ∂d/∂q zero where n is zero. Returns whether any witness points coincide or are NaN.
     """
-    touching = False
+    doubtful = False
     for i in range(distance.size):
         nx, ny, nz = contact[i, 0], contact[i, 1], contact[i, 2]
         px, py, pz = contact[i, 3], contact[i, 4], contact[i, 5]
         distance[i] = nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
-        touching |= px == contact[i, 6] and py == contact[i, 7] and pz == contact[i, 8]
+        reach = abs(contact[i, 6] - px) + abs(contact[i, 7] - py) + abs(contact[i, 8] - pz)
+        doubtful |= not reach > 0.0
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
             distance[i] = crossed[i]
         mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
@@ -76,4 +77,4 @@ def distances_into(contact, crossed, turn, J, distance, gradient):
                 )
                 if not abs(slope) < _ROUNDING:  # so that NaN is handed on, and found
                     gradient[i, k] = turn[i, k] * slope
-    return touching
+    return doubtful

@@ -99,7 +99,12 @@ def test_a_wrong_gradient_is_caught():
     normals = moved[:, :3]
     moved[:, 3:6] += 1e-4 * np.cross(normals, [0.36, 0.48, 0.8])
     distances_into(
-        moved, distances.collision.turn, at.joint_jacobians, distances.distance, distances.gradient
+        moved,
+        distances.collision.crossed,
+        distances.collision.turn,
+        at.joint_jacobians,
+        distances.distance,
+        distances.gradient,
     )
     assert np.abs(distances.gradient - numeric).max() > 1e-6
 
@@ -180,3 +185,34 @@ def test_touching_solids_have_a_normal(offset):
     at = Configuration(of, [0, 0, 0])
     assert measured(distances, at)[0] == pytest.approx(offset, abs=1e-15)
     np.testing.assert_allclose(distances.gradient[0], [-0.95, -0.45, -0.15], rtol=0, atol=1e-7)
+
+
+def test_capsules_whose_segments_cross_overlap_by_both_radii():
+    """In the plane of an arm Coal has no normal for them; the distance is −(0.02 + 0.05), not 0."""
+    arm = planar_arm([1.0], radius=0.02)
+    across = Capsule([0.5, -0.3, 0.0], [0.5, 0.3, 0.0], 0.05)
+    distances = Distances(Collision.with_obstacles(arm, [across]))
+    distances.update(Configuration(arm, [0.0]))
+    assert distances.distance[0] == pytest.approx(-0.07, abs=1e-12)
+
+
+def test_a_measurement_that_failed_is_taken_again():
+    """NaN, or one witness point for two solids apart, as Coal gives now and then, do not stay."""
+    of = robot("panda")
+    at = Configuration(of, of.posture("default"))
+    collision = Collision.with_obstacles(of, [Sphere([2.0, 0.0, 0.5], 0.1)])
+    distances = Distances(collision)
+    distances.update(at)
+    true = distances.distance.copy()
+    spoilt, measure = collision.contact.copy(), collision.contact
+    spoilt[0], spoilt[3, 3:6] = np.nan, spoilt[3, 6:]
+    collision.contact, again = spoilt, collision.remeasure
+
+    def remeasure() -> None:
+        again()
+        collision.contact = measure
+        spoilt[:] = measure
+
+    collision.remeasure = remeasure
+    distances.update(at)
+    np.testing.assert_allclose(distances.distance, true, atol=1e-9)

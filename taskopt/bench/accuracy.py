@@ -170,7 +170,7 @@ def verdict(cells: Sequence[Cell]) -> str:
     return (
         f"largest error that is not flagged: {worst.worst_unflagged:.1e} ({worst.solver}, "
         f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all{left_out}.\n"
-        "raw: the solver's own answer; polished: its active set solved again; flagged: it gave up, or "
-        "these two are further apart than was asked for; own defaults: normal equations, "
+        "raw: the solver's own answer; polished: solved again from its active set; flagged: it gave up, or "
+        "x was not shown to be as accurate as was asked for; own defaults: normal equations, "
         f"k² or {_FLOOR:g} on the diagonal; none: no answer."
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
@@ -104,7 +105,7 @@ class Floor:
         """Measure at the start of a run; whether all pairs are outside the margin."""
         self.limit.distances.update(at)
         self.least[:] = self.limit.margin
-        self._lower()
+        self._lower(np.ones(len(self.least), dtype=bool))
         return bool((self.least == self.limit.margin).all())
 
     def missing(self, at: Configuration) -> float:
@@ -116,7 +117,7 @@ class Floor:
         self._lower(begun_inside)
         return worst
 
-    def _lower(self, among: Array | bool = True) -> None:
+    def _lower(self, among: NDArray[np.bool_]) -> None:
         distance, margin = self.limit.distances.distance, self.limit.margin
         inside = among & (distance < margin)
         self.least[inside] = distance[inside] - np.maximum(KEPT, 0.1 * (margin - distance[inside]))

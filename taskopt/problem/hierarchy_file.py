@@ -32,7 +32,7 @@ def read(path: Path) -> Hierarchy:
         with np.load(path, allow_pickle=False) as file:
             buffer, norm, text = file["buffer"], file["norm"], str(file["layout"])
         layout = _layout(json.loads(text))
-    except (BadZipFile, KeyError, TypeError, ValueError) as error:
+    except (BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:
         raise InvalidValue(f"{path} is not a hierarchy that Hierarchy.save wrote: {error}") from error
     if buffer.shape != (layout.size,) or norm.shape not in ((layout.n,), (layout.n, layout.n)):
         raise InvalidValue(f"{path}: the numbers do not fit the names, {buffer.size} for {layout.size}")

@@ -171,4 +171,5 @@ class Resolution:
         return name, "upper" if upper else "lower"
 
     def __repr__(self) -> str:
-        return f"Resolution(x={np.array2string(self.x, precision=6)}, {self.status.name}, {self.certificate})"
+        claim = "claims " if self.claimed else ""
+        return f"Resolution(x={np.array2string(self.x, precision=6)}, {claim}{self.status.name}, {self.certificate})"

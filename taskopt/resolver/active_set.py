@@ -12,12 +12,11 @@ import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.jit import kernel, kernel_apart
-from taskopt.problem.certificate import TOLERANCE, certify, certify_kernel
+from taskopt.problem.certificate import TOLERANCE, certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Layout
-from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory, checked
+from taskopt.resolver.base import Memory, checked, prove_again
 from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.normal_tick import ACCEPTED, AGAIN, REFUSED, normal_tick
 from taskopt.resolver.review import TickReview
@@ -25,7 +24,8 @@ from taskopt.resolver.whitening import resolve_whitened
 from taskopt.resolver.working_set import walk
 
 TRIES = 4  # of the closed form, each a bound of the box apart; a tick seldom changes more
-UNPROVEN = 4  # done, but the certificate refuses
+FIRST = 150  # factorisations that the guess is worth
+SOLVED, CONTRADICTED, UNPROVEN = 0, 2, 4  # the last: done, but the certificate refuses
 STATUS = (Status.SOLVED, Status.ITERATION_LIMIT, Status.INFEASIBLE, Status.FAILED, Status.FAILED)
 
 
@@ -64,18 +64,27 @@ class ActiveSet:
 
 
 def concluded(hierarchy: Hierarchy, answer: Array, state: StateArray, code: int, rounds: int) -> Resolution:
-    """What `resolve_kernel` filled, as a resolution; an x that is not proven gets a second hearing.
+    """What `resolve_kernel` filled, as a resolution; what stays unproven has failed.
 
-    Where two rows agree but for rounding, the prices that the walk ends with may be the wrong ones
-    though x is right: then those decide that speak best for x. What stays unproven has failed.
+    That hard limits contradict each other is for phase one to say, as for every other resolver. Where the
+    walk finds no proof, once in some thousand ticks among hundreds of nearly parallel hard rows, the
+    cascade of `hqp` is asked, and taken at no more than what it can prove.
     """
+    if code == CONTRADICTED:
+        from taskopt.resolver.conflict import agree  # which resolves with this module
+
+        code = UNPROVEN if agree(hierarchy) else code
+    elif code == UNPROVEN and prove_again(hierarchy, answer):
+        code = SOLVED
     if code == UNPROVEN:
-        n = hierarchy.n
-        y = find_multipliers(hierarchy, answer[:n])
-        certificate = certify(hierarchy, answer[:n], y)
-        if certificate.proves():
-            code, stop = 0, n + y.size
-            answer[n:stop], answer[stop : stop + 4 * len(y)] = y.ravel(), certificate.residuals.ravel()
+        from taskopt.resolver.hqp import HierarchicalQP  # which needs a solver; seldom met
+
+        other, _ = HierarchicalQP("daqp")(hierarchy)
+        if other.claimed and other.certified():
+            rounds += other.iterations
+            found = Resolution(hierarchy, other.answer, other.state, Status.SOLVED, rounds, TickReview)
+            found.notes = ("The active set was lost; a cascade of programs found the optimum.",)
+            return found
     return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview)
 
 
@@ -119,11 +128,11 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, sta
     if verdict == ACCEPTED:
         copy_into(state, trial)
     else:
-        code, rounds = _general(*rows_and_box, norm, offsets, state, limit, x, y)
+        code, rounds = _general(*rows_and_box, norm, offsets, state, FIRST, limit, x, y)
     worst = certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
     if code == 1 or (code == 0 and not worst <= TOLERANCE):  # lost on the way; once more, without a guess
         state[:] = 0
-        code, again = _general(*rows_and_box, norm, offsets, state, limit, x, y)
+        code, again = _general(*rows_and_box, norm, offsets, state, 1, limit, x, y)
         rounds += again
         worst = certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
     _remember(history, state)
@@ -155,7 +164,7 @@ def _remember(history, state):
 
 
 @kernel_apart
-def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, limit, x, y):
+def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state, first, limit, x, y):
     """Scale (rows by √w, unknowns by √W), walk, and scale back."""
     n, rows = norm.size, lower.size
     S, scale, root = np.empty((rows, n)), np.empty(rows), np.empty(rows)
@@ -172,7 +181,7 @@ def _general(A, lower, upper, weight, box_lower, box_upper, norm, offsets, state
             squared += A[i, j] * A[i, j] / norm[j]
         scale[i] = root[i] * max(1.0, np.sqrt(squared))
         low[i], high[i] = lower[i] * root[i], upper[i] * root[i]
-    code, rounds = walk(S, scale, low, high, low_box, high_box, offsets, state, limit, x, y)
+    code, rounds = walk(S, scale, low, high, low_box, high_box, offsets, state, first, limit, x, y)
     for j in range(n):
         x[j] /= stretch[j]
         if state[j] != 0:

@@ -7,9 +7,10 @@ import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.errors import InvalidValue
-from taskopt.problem.certificate import certify_kernel
+from taskopt.problem.certificate import certify, certify_kernel
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Layout
+from taskopt.problem.multipliers import find_multipliers
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.problem.review import ACCURACY, LevelAccount
 from taskopt.resolver.review import TickReview
@@ -110,6 +111,21 @@ def answered(
     reviewer = partial(TickReview, accuracy=accuracy, own=levels)
     memory = Memory(state, tuple(level.rank for level in levels))
     return Resolution(hierarchy, answer, state, status, iterations, reviewer), memory
+
+
+def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
+    """A second hearing for x, the multipliers and certificate in `answer` replaced if it succeeds.
+
+    Where two rows agree but for rounding, the prices that an active set ends with may be the wrong ones
+    though x is right: then those decide that speak best for x.
+    """
+    n = hierarchy.n
+    y = find_multipliers(hierarchy, answer[:n])
+    certificate = certify(hierarchy, answer[:n], y)
+    if certificate.proves():
+        stop = n + y.size
+        answer[n:stop], answer[stop : stop + 4 * len(y)] = y.ravel(), certificate.residuals.ravel()
+    return certificate.proves()
 
 
 def final_state(hierarchy: Hierarchy, x: Array, y: Array, priced: float = _COUNTS) -> StateArray:

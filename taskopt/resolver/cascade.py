@@ -107,15 +107,18 @@ class Compromise:
     multipliers: Array
     status: Status
     iterations: int
+    whole: bool  # whether no step of it failed
 
 
 def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compromise:
     """min ½‖y₁ − U₁ᵀ d‖² + ½‖t‖² with the soft rows relaxed by t; a stronger pull where a solver fails."""
     found, iterations = None, 0
     for pull in _PROXIMAL:
-        found = _proximal(solve, equal, soft, rows, pull)
-        iterations += found.iterations
-        if found.status is Status.SOLVED:
+        tried = _proximal(solve, equal, soft, rows, pull)
+        iterations += tried.iterations
+        if found is None or tried.whole or found.status is not Status.SOLVED:
+            found = tried
+        if tried.whole:
             break
     assert found is not None
     return replace(found, iterations=iterations)
@@ -156,9 +159,10 @@ def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -
         before, held = now, _EASED * held
         if moved <= _STILL * max(1.0, float(np.abs(now[held > 0.0]).max(initial=0.0))):
             break
-    solution = last or solution  # a step that failed does not undo those before it
+    whole = solution.status is Status.SOLVED
+    solution = last or solution
     z, slack = basis @ solution.x[:p], solution.x[p:]
-    return Compromise(z, slack, solution.y / length, solution.status, iterations)
+    return Compromise(z, slack, solution.y / length, solution.status, iterations, whole)
 
 
 def frozen(equal: Split, violated: Array, priced: Array) -> Array:

@@ -100,6 +100,20 @@ def add_row(x, factor, A, a, n):
 
 
 @kernel
+def add_rows(x, factors, A, m, n):
+    """x_j += Σ_a factors_a A_aj over the first m rows and n columns, four rows at a time."""
+    a = 0
+    while a + 4 <= m:
+        first, second, third, fourth = factors[a], factors[a + 1], factors[a + 2], factors[a + 3]
+        for j in range(n):
+            x[j] += first * A[a, j] + second * A[a + 1, j] + third * A[a + 2, j] + fourth * A[a + 3, j]
+        a += 4
+    while a < m:
+        add_row(x, factors[a], A, a, n)
+        a += 1
+
+
+@kernel
 def copy_into(target, source):
     """target ← source; as an assignment to a slice, its check of sizes takes a second to compile."""
     for i in range(target.size):

@@ -17,7 +17,8 @@ from taskopt.arrays import Array, IntArray
 from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.resolver.active_set import ActiveSet
 
-_AGREE = 1e-9  # relative to max(1, |bound|): a gap below it is rounding
+_AGREE = 1e-9  # relative to the row's norm and its bound: limits that miss each other by less agree
+_NONE = 1e-7  # of the largest gap: what is smaller is rounding
 _ROOM = 1e-6  # likewise: what relaxed limits get besides; no solver finds its way in a set thin as rounding
 
 
@@ -118,11 +119,18 @@ def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
 
 
 def _gap(A: Array, bound: Array, chosen: IntArray) -> Array:
-    """How far each side is from holding at the least-squares compromise among `chosen`, (p,); 0 elsewhere."""
+    """How far each side is from holding at the least-squares compromise among `chosen`, (p,); 0 elsewhere.
+
+    All zero where the largest counts as agreement. The small ones beside it do not: without them the
+    others may hold.
+    """
     gap = np.zeros(len(bound))
     if chosen.size:
-        compromise = Hierarchy([Level(A[chosen], upper=bound[chosen])])
-        x = ActiveSet(iterations=5000)(compromise)[0].x
-        over = A[chosen] @ x - bound[chosen]
-        gap[chosen] = np.where(over > _AGREE * np.maximum(1.0, np.abs(bound[chosen])), over, 0.0)
+        rows, most = A[chosen], bound[chosen]
+        x = ActiveSet(iterations=5000)(Hierarchy([Level(rows, upper=most)]))[0].x
+        over = np.maximum(rows @ x - most, 0.0)
+        size = np.linalg.norm(rows, axis=1)
+        size[size == 0.0] = 1.0
+        if (over > _AGREE * np.maximum(size, np.abs(most))).any():
+            gap[chosen] = np.where(over > _NONE * over.max(), over, 0.0)
     return gap

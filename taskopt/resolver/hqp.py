@@ -30,7 +30,7 @@ from taskopt.resolver.cascade import (
     split,
 )
 from taskopt.resolver.closed_form import task_priority
-from taskopt.resolver.unanswered import unanswered
+from taskopt.resolver.unanswered import unanswered, unless_broken
 from taskopt.solver.registry import solver
 
 
@@ -73,7 +73,8 @@ class HierarchicalQP:
         x = descent.inverse @ descent.xi
         y = find_multipliers(hierarchy, x)
         state, levels = final_state(hierarchy, x, y), tuple(descent.accounts)
-        return answered(hierarchy, x, y, state, descent.status, descent.iterations, self.accuracy, levels)
+        done = descent.status, descent.iterations
+        return unless_broken(answered(hierarchy, x, y, state, *done, self.accuracy, levels))
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)

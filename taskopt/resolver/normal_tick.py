@@ -21,6 +21,7 @@ import numpy as np
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.cholesky import (
     add_row,
+    add_rows,
     backward,
     cholesky,
     copy_into,
@@ -81,9 +82,9 @@ def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, co
             move[b] = D[j] * (x0[j] - x[j]) + dot_row(MU, b, multiplier, m)
         _solve(K, G, m, u, step, move)
         pull[:] = 0.0
+        add_rows(pull, step, S, m, n)
         for a in range(m):
             multiplier[a] += step[a]
-            add_row(pull, step[a], S, a, n)
         for j in range(n):
             x[j] += root[j] * pull[j]
         for b in range(u):

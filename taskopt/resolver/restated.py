@@ -19,7 +19,7 @@ from taskopt.problem.rank import LOST
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import task_priority
-from taskopt.resolver.unanswered import unanswered
+from taskopt.resolver.unanswered import unanswered, unless_broken
 
 ENGINES = ("daqp", "clarabel", "proxqp", "piqp", "highs", "osqp", "scs")  # that CVXPY speaks to
 _MET = 1e-9  # relative to its largest term: a row that lacks less is met
@@ -60,7 +60,7 @@ class Restated:
             return unanswered(hierarchy, told.status, told.iterations)
         y = find_multipliers(hierarchy, told.x)
         state = final_state(hierarchy, told.x, y)
-        return answered(hierarchy, told.x, y, state, told.status, told.iterations)
+        return unless_broken(answered(hierarchy, told.x, y, state, told.status, told.iterations))
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)

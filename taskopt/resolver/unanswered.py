@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from taskopt.problem.certificate import RESIDUALS, TOLERANCE
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered
@@ -22,3 +23,12 @@ def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tup
     multipliers = np.zeros((hierarchy.layout.level_count + 1, width))
     nothing = np.zeros(width, dtype=np.int8)
     return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, nothing, status, iterations)
+
+
+def unless_broken(answer: tuple[Resolution, Memory]) -> tuple[Resolution, Memory]:
+    """The answer, unless it claims an optimum, breaks a hard limit, and phase one says that it must."""
+    resolution = answer[0]
+    broken = float(resolution.certificate.residuals[:, RESIDUALS.index("primal")].max())
+    if not resolution.claimed or broken <= TOLERANCE or agree(resolution.problem):
+        return answer
+    return unanswered(resolution.source, Status.INFEASIBLE, resolution.iterations)

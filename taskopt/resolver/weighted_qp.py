@@ -19,7 +19,7 @@ from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
 from taskopt.resolver.flatten import flatten
-from taskopt.resolver.unanswered import unanswered
+from taskopt.resolver.unanswered import unanswered, unless_broken
 from taskopt.solver.registry import solver
 
 _PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
@@ -69,7 +69,7 @@ class WeightedQP:
         resolution, carried = answered(problem, x, y, state, *done, self.accuracy)
         if solution.status is not Status.SOLVED and resolution.certificate.residuals[0, 1] > _OUTSIDE:
             return unanswered(problem, solution.status, solution.iterations)
-        return resolution, carried
+        return unless_broken((resolution, carried))
 
     def twin(self, hierarchy: Hierarchy) -> Array:
         return weighted_least_squares(hierarchy, self.ratio or level_ratio(hierarchy.layout.level_count))

@@ -12,8 +12,9 @@ from scipy.linalg import solve_triangular
 from taskopt.arrays import Array
 from taskopt.problem.hierarchy import Hierarchy
 from taskopt.problem.layout import Block, Layout
-from taskopt.problem.resolution import Resolution
-from taskopt.resolver.base import Memory, answered
+from taskopt.problem.resolution import Resolution, Status
+from taskopt.resolver.base import Memory, answered, prove_again
+from taskopt.resolver.review import TickReview
 
 
 def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
@@ -41,7 +42,11 @@ def resolve_whitened(
     answer, after = resolve(problem, guess)
     x = np.clip(inverse @ answer.x, hierarchy.box_lower, hierarchy.box_upper)
     state = after.state[n:]
-    return answered(hierarchy, x, answer.multipliers[:, n:], state, answer.status, answer.iterations)
+    claim, kept = answered(hierarchy, x, answer.multipliers[:, n:], state, answer.status, answer.iterations)
+    if claim.claimed and not claim.certified():
+        status = Status.SOLVED if prove_again(hierarchy, claim.answer) else Status.FAILED
+        claim = Resolution(hierarchy, claim.answer, state, status, claim.iterations, TickReview)
+    return claim, kept
 
 
 @lru_cache(maxsize=16)

@@ -15,6 +15,7 @@ has left: where the next step is blocked by that row at once, it stays until x m
 import numpy as np
 
 from taskopt.jit import kernel, kernel_apart
+from taskopt.problem.rank import LOST
 from taskopt.resolver.cholesky import copy_into
 from taskopt.resolver.lexicographic import factorise, level_multipliers, rotate, solve_levels
 from taskopt.resolver.starting_set import (
@@ -32,44 +33,47 @@ from taskopt.resolver.starting_set import (
 )
 
 SOLVED, NOT_DONE, INFEASIBLE, UNSURE = 0, 1, 2, 3
-FIRST = 150  # factorisations from the guess of the last tick
-OFTEN = 10  # times that a row may leave before it is held for good
-MOVED = 1e-9  # a step that moves no unknown by more, relative, is none
+PARDONS = 5  # times that all rows that are held may be let go again, in the second walk
+OFTEN = 20  # times that a row may leave before it is held for good
+MOVED, NUDGED = 1e-9, 1e-11  # a step that moves no unknown by more, relative, is none
 SIGN = 1e-13  # multiplier that counts, relative to the terms that it is the sum of
 
 
 @kernel_apart
-def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
+def walk(S, scale, low, high, box_low, box_high, offsets, state, first, limit, x, y):
     """Fill x (n,) and y (levels + 1, n + M), all scaled; `state` is the guess and then the answer.
 
     Returns (status, factorisations). `offsets` starts with the hard rows, which are level 0. Where the walk
-    from the guess leads nowhere, it is done again from a point that keeps the hard rows, with bounds that
-    tie moved apart by less than what counts as kept (Charnes 1952).
+    from the guess leads nowhere in `first` factorisations, it is done again from a point that keeps the hard
+    rows, with bounds that tie moved apart by less than what counts as kept (Charnes 1952).
     """
     n, rows = x.size, low.size
-    value, ones = np.empty(rows), np.ones(n)
+    value, size, ones = np.empty(rows), np.empty(rows), np.ones(n)
+    for i in range(rows):
+        size[i] = max(np.sqrt(S[i] @ S[i]), LOST * scale[i])
     if crossed(low, high, box_low, box_high, offsets):
         x[:] = np.nan
         return INFEASIBLE, 0
     only_possible(low, high, box_low, box_high, state, n)
-    first = min(FIRST, limit)
-    status, rounds = _walk(S, scale, low, high, box_low, box_high, offsets, state, True, first, x, value, y)
-    rest = can_rest(S, low, high, box_low, box_high, offsets, scale)
-    if status == SOLVED or (status == INFEASIBLE and not rest) or rounds >= limit:
+    first = min(first, limit)
+    status, rounds = _walk(
+        S, scale, size, low, high, box_low, box_high, offsets, state, True, first, MOVED, 0, x, value, y
+    )
+    rest = can_rest(S, low, high, box_low, box_high, offsets, size)
+    if status == SOLVED or rounds >= limit:
         return (NOT_DONE if status == UNSURE else status), rounds
     apart = np.empty((4, max(n, rows)))
     near_low, near_high, box_near, box_far = apart[0, :rows], apart[1, :rows], apart[2, :n], apart[3, :n]
-    for i in range(rows):
-        value[i] = np.sqrt(S[i] @ S[i])
-    nudge(near_low, near_high, low, high, value)
-    nudge(box_near, box_far, box_low, box_high, ones)
+    nudge(near_low, near_high, low, high, size, rounds)
+    nudge(box_near, box_far, box_low, box_high, ones, rounds)
     state[:] = 0
     if rest:
-        rest_into(S, near_low, near_high, box_near, box_far, scale, state, x, value)
+        rest_into(S, near_low, near_high, box_near, box_far, size, state, x, value)
     only_possible(low, high, box_low, box_high, state, n)
     status, more = _walk(
         S,
         scale,
+        size,
         near_low,
         near_high,
         box_near,
@@ -78,15 +82,41 @@ def walk(S, scale, low, high, box_low, box_high, offsets, state, limit, x, y):
         state,
         not rest,
         limit - rounds,
+        NUDGED,
+        PARDONS,
         x,
         value,
         y,
     )
-    return SOLVED if status == UNSURE else status, rounds + more
+    if status in (SOLVED, UNSURE):
+        _settle(S, scale, size, low, high, box_low, box_high, offsets, state, x, y)
+        status = SOLVED
+    return status, rounds + more
+
+
+@kernel
+def _settle(S, scale, size, low, high, box_low, box_high, offsets, state, x, y):
+    """Put x and y to what W has with the true bounds, unless others are then violated."""
+    n, rows = x.size, low.size
+    target, ahead, goal, prices = np.empty(rows), np.empty(rows), np.empty(n), np.empty(y.shape)
+    held = np.zeros(n + rows, np.bool_)
+    _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, prices)
+    values_into(S, goal, ahead)
+    for j in range(n):
+        if not box_low[j] - AGREE <= goal[j] <= box_high[j] + AGREE:
+            return
+    for i in range(rows):
+        slack = AGREE * size[i]
+        if (state[n + i] == 0 or i < offsets[1]) and not low[i] - slack <= ahead[i] <= high[i] + slack:
+            return
+    copy_into(x, goal)
+    y[:, :] = prices
 
 
 @kernel_apart
-def _walk(S, scale, low, high, box_low, box_high, offsets, state, fresh, limit, x, value, y):
+def _walk(
+    S, scale, size, low, high, box_low, box_high, offsets, state, fresh, limit, moved, pardons, x, value, y
+):  # fmt: skip
     """From the solution of the guess (`fresh`) or from x, whose rows have `value`, as `walk`.
 
     Status UNSURE: rows that left and came straight back were kept in W, and the signs speak against it.
@@ -100,18 +130,18 @@ def _walk(S, scale, low, high, box_low, box_high, offsets, state, fresh, limit, 
         values_into(S, goal, ahead)
         if fresh:  # all of last tick's guess at once
             fresh = False
-            wrong = violated(low, high, box_low, box_high, scale, state, goal, ahead)
+            wrong = violated(low, high, box_low, box_high, size, state, goal, ahead)
             if wrong > 0:
-                take_in(S, low, high, box_low, box_high, scale, state, goal, x, value)
+                take_in(S, low, high, box_low, box_high, size, state, goal, x, value)
                 continue
             copy_into(x, goal)
             copy_into(value, ahead)
-        alpha, entering, side = _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead)
-        if _moves(x, goal, alpha):
+        alpha, entering, side = _block(low, high, box_low, box_high, size, state, x, goal, value, ahead)
+        if _moves(x, goal, alpha, moved):
             left[:] = False
             held[:] = leaves > OFTEN
         if entering >= 0:
-            held[entering] = left[entering]
+            held[entering] = left[entering] or leaves[entering] > OFTEN
             for j in range(n):
                 x[j] += alpha * (goal[j] - x[j])
             if entering < n:
@@ -121,26 +151,26 @@ def _walk(S, scale, low, high, box_low, box_high, offsets, state, fresh, limit, 
             continue
         copy_into(x, goal)
         copy_into(value, ahead)
+        if leaving < 0 and held.any():
+            held[:] = False
+            leaving = _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y)
+            if leaving >= 0 and pardons == 0:
+                return UNSURE, iteration
+            pardons -= 1
+            leaves[:] = 0
         if leaving < 0:
-            if held.any():
-                held[:] = False
-                leaving = _solve(
-                    S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y
-                )
-                if leaving >= 0:
-                    return UNSURE, iteration
-            return _verdict(low, high, offsets, scale, ahead), iteration
+            return _verdict(low, high, offsets, size, ahead), iteration
         left[leaving] = True
         leaves[leaving] += 1
-        state[leaving] = _beyond(low, high, scale, state[leaving], leaving - n, ahead)
+        state[leaving] = _beyond(low, high, size, state[leaving], leaving - n, ahead)
     return NOT_DONE, limit
 
 
 @kernel
-def _moves(x, goal, alpha):
+def _moves(x, goal, alpha, moved):
     """Whether a step is more than rounding."""
     for j in range(x.size):
-        if alpha * abs(goal[j] - x[j]) > MOVED * max(1.0, abs(x[j])):
+        if alpha * abs(goal[j] - x[j]) > moved * max(1.0, abs(x[j])):
             return True
     return False
 
@@ -217,37 +247,21 @@ def _signs(
                 decided[j] = True
             elif price < -tolerance and (leaving < 0 or price < worst):
                 worst, leaving = price, j
-        if k == 0 and leaving < 0:
-            _give_way(low, high, offsets, scale, state, out, decided)
     return leaving
 
 
 @kernel
-def _give_way(low, high, offsets, scale, state, violation, decided):
-    """Hard rows that contradict each other by no more than AGREE move to where they are met."""
-    n = state.size - low.size
-    for i in range(offsets[1]):
-        over = state[n + i] * violation[n + i]
-        if low[i] < high[i] and 0.0 < over <= AGREE * scale[i]:
-            decided[n + i] = False
-            if state[n + i] > 0:
-                high[i] += over
-            else:
-                low[i] -= over
-
-
-@kernel
-def _beyond(low, high, scale, side, i, value):
+def _beyond(low, high, size, side, i, value):
     """State of a row that leaves W: free, or held at its other bound if it lies beyond that one."""
-    if i >= 0 and side > 0 and value[i] < low[i] - FEASIBLE * scale[i]:
+    if i >= 0 and side > 0 and value[i] < low[i] - FEASIBLE * size[i]:
         return -1
-    if i >= 0 and side < 0 and value[i] > high[i] + FEASIBLE * scale[i]:
+    if i >= 0 and side < 0 and value[i] > high[i] + FEASIBLE * size[i]:
         return 1
     return 0
 
 
 @kernel
-def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead):
+def _block(low, high, box_low, box_high, size, state, x, goal, value, ahead):
     """Largest step in [0, 1] towards the goal; the row that stops it (or -1) and its side."""
     n = x.size
     alpha, entering, side, steepest = 1.0, -1, 0, 0.0
@@ -260,7 +274,7 @@ def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead):
         else:
             i = j - n
             here, there, bottom, top = value[i], ahead[i], low[i], high[i]
-            slack = FEASIBLE * scale[i]
+            slack = FEASIBLE * size[i]
         if there > top + slack and there > here:
             step, toward = max(0.0, (top - here) / (there - here)), 1
         elif there < bottom - slack and there < here:
@@ -274,10 +288,10 @@ def _block(low, high, box_low, box_high, scale, state, x, goal, value, ahead):
 
 
 @kernel
-def _verdict(low, high, offsets, scale, value):
+def _verdict(low, high, offsets, size, value):
     """Solved, or infeasible if a hard row keeps a residual."""
     for i in range(offsets[1]):
-        slack = AGREE * scale[i]
+        slack = AGREE * size[i]
         if value[i] > high[i] + slack or value[i] < low[i] - slack:
             return INFEASIBLE
     return SOLVED

@@ -37,7 +37,10 @@ def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, .
     """All pairs of shapes of the links named; raise `UnknownName`, or `InvalidValue` if two move as one."""
     shapes = robot.geometry.geometryObjects
     out = []
-    for first, second in names:
+    for named in names:
+        if isinstance(named, str) or len(named) != 2:
+            raise InvalidValue(f"pairs must be names of links, two and two, got {named!r} in them")
+        first, second = named
         for i in shapes_of(robot, [first]):
             for j in shapes_of(robot, [second]):
                 if shapes[i].parentJoint == shapes[j].parentJoint:

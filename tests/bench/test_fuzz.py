@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 from taskopt import Hierarchy, Level
-from taskopt.bench.fuzz import FRAMES, Fuzzed, _judge, fuzz, fuzz_robot
+from taskopt.bench.draw import FRAMES, fuzz_robot
+from taskopt.bench.fuzz import Floor, Fuzzed, _judge, fuzz
+from taskopt.configuration import Configuration
+from taskopt.limit.obstacle import ObstacleLimit
 from taskopt.resolver.active_set import ActiveSet
 from taskopt.robot import planar_arm
+from taskopt.robot.shapes import Sphere
 
 
 @pytest.mark.parametrize("name", FRAMES)
 def test_every_answer_is_proven_or_reported_and_keeps_every_limit(name: str) -> None:
-    """500 ticks a robot, 2,000 in all: certified to 1e-8, positions and velocities within 1e-9."""
+    """500 ticks a robot, 2,000 in all: certified to 1e-8, positions, velocities, distances within 1e-9."""
     *_, tally = fuzz(name, 500, seed=7)
     assert tally.ticks == 500
     assert tally.bound > 200
+    assert tally.near > 20
     assert tally.clean, tally
     assert tally.reported == 0, tally
 
@@ -29,7 +34,7 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
     arm = planar_arm([0.5, 0.5], lower=-1.0, upper=1.0, velocity=2.0)
     hierarchy = Hierarchy([Level(np.eye(2), [0.5, 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
     resolution, tally = ActiveSet()(hierarchy)[0], Fuzzed("planar", ticks=1)
-    _judge(tally, resolution, arm, np.zeros(2), tmp_path)
+    _judge(tally, resolution, Configuration(arm, np.zeros(2)), [], tmp_path)
     assert tally.clean
     spoilt = Hierarchy([Level(np.eye(2), [0.5 + 1e-6 * (fault == "x"), 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
     if fault == "x":
@@ -40,11 +45,24 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
         resolution = type(resolution)(hierarchy, resolution.answer, resolution.state, resolution.status)
     elif fault == "velocity":
         resolution.x[1] = 2.1
-    _judge(tally, resolution, arm, np.array([0.0, 1.1 if fault == "position" else 0.0]), tmp_path)
+    after = Configuration(arm, np.array([0.0, 1.1 if fault == "position" else 0.0]))
+    _judge(tally, resolution, after, [], tmp_path)
     assert not tally.clean
     assert getattr(tally, figure) > 0.0
     if fault == "x":
         np.testing.assert_array_equal(Hierarchy.load(tmp_path / "planar-1.npz").A, hierarchy.A)
+
+
+def test_the_judge_sees_a_distance_below_its_margin() -> None:
+    """0.01 m kept at the start and 1 mm lost after; one that starts inside may lose a tenth of its depth."""
+    arm = planar_arm([0.5, 0.5], radius=0.02)
+    start, nearer = Configuration(arm, [0.0, 0.0]), Configuration(arm, [0.0, 0.002])
+    for gap, outside in ((0.01 + 1e-9, True), (0.005, False)):
+        ball = Sphere([1.0, 0.02 + 0.1 + gap, 0.0], 0.1)
+        floor = Floor(ObstacleLimit([ball], margin=0.01).bind(arm, 1e-3))
+        assert floor.start(start) is outside
+        assert floor.missing(start) <= 1e-9
+        assert floor.missing(nearer) == pytest.approx(0.001 if outside else 0.0005, abs=1e-5)
 
 
 def test_the_same_seed_draws_the_same_ticks() -> None:

@@ -10,6 +10,7 @@ from taskopt.problem.hierarchy import Hierarchy, Level
 from taskopt.problem.resolution import Status
 from taskopt.resolver.active_set import ActiveSet
 from taskopt.resolver.conflict import Side, conflict
+from taskopt.resolver.registry import resolver
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -92,3 +93,37 @@ def test_a_crossed_interval_names_both_its_sides():
     assert str(found).startswith("these limits exclude each other: box/elbow ≥ 2; box/elbow ≤ 1")
     assert sum(gap for _, gap in found.relaxation) == pytest.approx(1.0)
     assert ActiveSet()(hierarchy)[0].status is Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("gap", [1e-8, 1e-6, 1e-3])
+def test_a_small_conflict_names_all_its_members(gap):
+    """A row beyond the corner of the box by 1e-8 needs the box: alone it can hold."""
+    a = np.array([0.3, -1.0, 0.02, 0.7])
+    corner = a @ np.where(a > 0.0, 1.0, -1.0)
+    limits = Level([a], lower=[corner + gap * np.linalg.norm(a)], upper=[corner + 1.0])
+    hierarchy = Hierarchy([Level(np.eye(4), np.zeros(4))], box=(-np.ones(4), np.ones(4)), limits=limits)
+    found = conflict(hierarchy)
+    assert found is not None
+    assert len(found.members) == 5
+    assert ActiveSet()(hierarchy)[0].status is not Status.SOLVED
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
+def test_the_unit_of_a_row_does_not_decide_whether_it_contradicts(scale):
+    """x ≥ 1 + 1e-6 and x ≤ 1, in millimetres, metres or kilometres; and a miss of 1e-10 is none."""
+    for gap, contradicts in ((1e-6, True), (1e-10, False)):
+        limits = Level([[scale]], lower=[scale * (1.0 + gap)], upper=[2.0 * scale])
+        hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), limits=limits)
+        assert (conflict(hierarchy) is not None) is contradicts
+        assert ActiveSet()(hierarchy)[0].certified() is not contradicts
+
+
+@pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "hqp/clarabel", "wqp/quadprog", "cvxpy/clarabel"])
+def test_no_resolver_claims_an_optimum_where_limits_contradict(name):
+    """A row of zeros that asks for 1, and a row beyond the corner of the box: INFEASIBLE, and x is NaN."""
+    for row, bound in (([0.0, 0.0], 1.0), ([1.0, 1.0], 2.0 + 1e-6)):
+        limits = Level([row], lower=[bound])
+        hierarchy = Hierarchy([Level(np.eye(2), [0.2, 0.3])], box=(-np.ones(2), np.ones(2)), limits=limits)
+        resolution = resolver(name)(hierarchy)[0]
+        assert resolution.status is Status.INFEASIBLE
+        assert np.isnan(resolution.x).all()
