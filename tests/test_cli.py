@@ -81,6 +81,7 @@ def test_run_ends_in_a_summary_and_a_recording(tmp_path: Path, taskopt: Command)
     assert json.loads((log / "manifest.json").read_text())["status"] == "finished"
 
 
+@pytest.mark.slow
 def test_compare_puts_all_in_one_table_and_one_recording(tmp_path: Path, taskopt: Command) -> None:
     """Every resolver has a row; there is one log."""
     names = ["pinv", "wqp/proxqp", "hqp/daqp", "active-set"]
@@ -223,6 +224,7 @@ def test_the_program_itself_answers_a_mistake_with_one_line(tmp_path: Path) -> N
     assert Done(done.returncode, done.stdout, done.stderr).refusal.startswith("taskopt: no scenario file")
 
 
+@pytest.mark.slow
 def test_a_run_that_is_broken_off_keeps_what_it_has(tmp_path: Path) -> None:
     """Ctrl-C ends in the summary so far, exit code 130, and a log that says interrupted."""
     listen = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"

@@ -116,6 +116,7 @@ def test_claims_and_proofs_are_counted_apart() -> None:
     assert lie.causes["accuracy"] == 200
 
 
+@pytest.mark.slow
 def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
     """Limits where they bind, damping where there is any, nothing for the closed form itself; as a table."""
     held = scenario(JointVelocityLimit(velocity=0.8))
@@ -143,6 +144,7 @@ def test_one_that_fails_does_not_stop_the_others() -> None:
         compared(scenario(), Broken())
 
 
+@pytest.mark.slow
 def test_the_table_fits_120_columns_and_names_what_bound() -> None:
     """Every resolver has its row, no cell is cut off, and the limits that held it are named."""
     names = ["pinv", "wqp/proxqp", "hqp/clarabel", "active-set"]

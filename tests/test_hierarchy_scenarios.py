@@ -36,6 +36,7 @@ def lack(step: Step, task: str) -> float:
     return float(np.abs(step.resolution.residuals[task]).max())
 
 
+@pytest.mark.slow
 def test_four_levels_are_kept_in_their_order_with_two_inequalities_in_the_middle() -> None:
     """The first hand never suffers once it moves, box and cone hold, the third level yields."""
     taken = [step for step in steps("tiago_four_levels") if step.t > 0.7]
@@ -79,6 +80,7 @@ def test_relaxing_the_conflict_goes_on_with_an_optimum() -> None:
     assert all("obstacle/link3" in resolution.notes[0] for resolution in given_way)
 
 
+@pytest.mark.slow
 def test_switched_tasks_jump_and_blended_ones_do_not() -> None:
     """The same scenario without blending jumps by more than ten times as much."""
     declared = scenario("panda_switch")
@@ -95,6 +97,7 @@ def test_switched_tasks_jump_and_blended_ones_do_not() -> None:
     assert jumps[0] < 0.1 * jumps[1]
 
 
+@pytest.mark.slow
 def test_at_full_speed_every_joint_stops_at_the_end_of_its_range() -> None:
     """Position, velocity and acceleration hold at every tick, and each of them is what binds at some."""
     declared = scenario("panda_full_speed")

@@ -42,6 +42,7 @@ def test_the_scenario_is_the_problem():
     assert circle_clearance(LENGTHS, SCENARIO.start, CENTRE, RADIUS).min() > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "elbow"), [(30, 1), (30, -1), (20, 1), (-25, -1)])
 def test_with_the_limit_every_link_stays_clear_and_the_tip_tracks(degrees, elbow):
     """From far, from nearer than the margin (20°: 2.6 mm), and past the other side of the object."""
@@ -51,6 +52,7 @@ def test_with_the_limit_every_link_stays_clear_and_the_tip_tracks(degrees, elbow
     np.testing.assert_allclose(end, [0.8, -0.2], atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elbow", [1, -1])
 def test_the_plain_pseudo_inverse_goes_through_the_object(elbow):
     """The same run without the limit ends up inside: what the test above would say of a collision."""

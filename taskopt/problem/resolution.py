@@ -171,5 +171,5 @@ class Resolution:
         return name, "upper" if upper else "lower"
 
     def __repr__(self) -> str:
-        claim = "claims " if self.claimed else ""
-        return f"Resolution(x={np.array2string(self.x, precision=6)}, {claim}{self.status.name}, {self.certificate})"
+        status = f"claims {self.status.name}" if self.claimed else self.status.name
+        return f"Resolution(x={np.array2string(self.x, precision=6)}, {status}, {self.certificate})"

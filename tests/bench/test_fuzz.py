@@ -14,8 +14,12 @@ from taskopt.resolver.active_set import ActiveSet
 from taskopt.robot import planar_arm
 from taskopt.robot.shapes import Sphere
 
+SLOW = ("tiago", "talos")
 
-@pytest.mark.parametrize("name", FRAMES)
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in FRAMES]
+)
 def test_every_answer_is_proven_or_reported_and_keeps_every_limit(name: str) -> None:
     """500 ticks a robot, 2,000 in all: certified to 1e-8, positions, velocities, distances within 1e-9."""
     *_, tally = fuzz(name, 500, seed=7)

@@ -89,6 +89,7 @@ def attacked(start, bound, rng, ticks, honest=True):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", PERIODS)
 @pytest.mark.parametrize(
     ("name", "kind"),
@@ -114,6 +115,7 @@ def test_rows_without_the_bounds_on_speed_are_caught():
     assert min(seen) < MARGIN - 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", PERIODS)
 def test_a_step_loses_no_more_than_the_limit_states(dt):
     """What d + Δt ∇d·v overstates is at most s jump + s² bend, and sometimes half of it."""
@@ -127,6 +129,7 @@ def test_a_step_loses_no_more_than_the_limit_states(dt):
     assert 0.3 < max(ratios) <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", PERIODS)
 @pytest.mark.parametrize("name", ["planar3", "panda", "talos_reduced"])
 def test_standing_still_is_always_allowed(name, dt):

@@ -175,6 +175,7 @@ def test_distance_plots_begin_when_a_pair_comes_near(folder, info, steps):
     assert set(np.ravel(margin)) == {MARGIN}
 
 
+@pytest.mark.slow
 def test_batches_of_any_size_draw_the_same_distances(info, steps, tmp_path):
     """Cutting a run into pieces changes neither lines, nor their beginnings, nor their colours."""
     files = written_in_pieces(info, steps["active-set"], tmp_path)

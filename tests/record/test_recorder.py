@@ -101,6 +101,7 @@ def test_a_sink_that_cannot_open_closes_those_before_it(info):
     assert basket.events == ["open", "interrupted"]
 
 
+@pytest.mark.slow
 def test_a_failure_of_the_watchdog_is_raised_by_the_next_write(info, steps, monkeypatch):
     """An error in the background is not lost."""
     monkeypatch.setattr(recorder, "PERIOD", 60.0)

@@ -119,6 +119,7 @@ def test_a_mesh_becomes_triangles_with_unit_normals():
     assert (outward[used] > 0).mean() > 0.6
 
 
+@pytest.mark.slow
 def test_every_robot_shape_has_a_drawing():
     """Capsules, meshes, boxes, cylinders and spheres all become something that can be seen."""
     drawn: list[str] = []

@@ -58,6 +58,7 @@ def test_what_was_flushed_can_be_read_while_the_run_goes_on(tmp_path):
     assert whole(file)
 
 
+@pytest.mark.slow
 def test_an_absent_viewer_does_not_slow_a_run(tmp_path):
     """Nobody listens: the file is complete and no send takes longer than a fraction of a second."""
     file = tmp_path / "run.rrd"
@@ -65,6 +66,7 @@ def test_an_absent_viewer_does_not_slow_a_run(tmp_path):
     assert whole(file)
 
 
+@pytest.mark.slow
 def test_a_viewer_that_hangs_does_not_slow_a_run(tmp_path):
     """It accepts the connection and never answers: as if it were not there."""
     file = tmp_path / "run.rrd"

@@ -113,6 +113,7 @@ def apart(x: Array, exact: Array) -> float:
     return float(np.abs(x - exact).max() / max(1e-6, np.abs(exact).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FRAMES)
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**31))

@@ -81,6 +81,7 @@ def largest_step(policy: Damping, ticks: int) -> float:
     return float(np.abs(np.diff(path, axis=0)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", FADING, ids=name)
 def test_damping_sets_in_without_a_jump_and_bounds_the_velocity(policy: Damping) -> None:
     """Half the step, half the change of q̇; a policy that is switched on at a threshold is caught."""

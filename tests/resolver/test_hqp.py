@@ -73,6 +73,7 @@ def large(seed: int) -> Hierarchy:
     return Hierarchy(levels, box=(-box, box))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOLVERS)
 def test_large_saturated_hierarchies_are_claimed_and_proven(name: str) -> None:
     """Many bounds active at several levels: solved, certified to 1e-8, inside the box to 1e-9."""

@@ -14,6 +14,7 @@ from taskopt.resolver.registry import resolve
 from tests.oracles import lexicographic_optimum, random_hierarchy
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["daqp", "clarabel", "proxqp", "quadprog"]))
 def test_the_right_active_set_gives_the_exact_optimum(seed: int, name: str) -> None:
     """To rounding, whatever the raw answer's last digits were."""

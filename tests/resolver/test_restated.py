@@ -22,6 +22,7 @@ OBJECTIVES = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=30, deadline=None)
 def test_any_hierarchy_has_its_exact_optimum(seed: int) -> None:
@@ -32,6 +33,7 @@ def test_any_hierarchy_has_its_exact_optimum(seed: int) -> None:
     np.testing.assert_allclose(resolution.x, lexicographic_optimum(hierarchy), atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["daqp", "proxqp"])
 def test_other_solvers_find_it_or_do_not_prove_it(engine: str) -> None:
     """No answer that is wrong is certified."""

@@ -30,6 +30,7 @@ def kinds(resolution: Resolution) -> set[str]:
     return {cause.kind for cause in resolution.review.causes}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOLVING)
 def test_the_error_is_that_to_the_exact_optimum(name: str) -> None:
     """Against rational arithmetic: nothing passes that is further off than was asked for, none is accused."""
