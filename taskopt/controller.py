@@ -95,7 +95,7 @@ class Controller:
     def _in_two(self, q: Array, t: float) -> Resolution:
         """Rows first, then any resolver."""
         resolution, self._memory = self.resolver(self.plan.at(q, t), self._memory)
-        return resolution
+        return resolution if usable(resolution) else self._without_optimum(resolution, f"t = {t:.6g} s")
 
     def _in_one_call(self, q: Array, t: float) -> Resolution:
         """The same for a plan and a resolver that are both compiled: calls cost more than rows."""

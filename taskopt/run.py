@@ -24,7 +24,8 @@ from taskopt.resolver.settle import settle
 from taskopt.scenario import Scenario
 from taskopt.stack import Plan
 
-ANSWERED = frozenset({Status.SOLVED, Status.FORMULA, Status.RELAXED, Status.BRAKED})
+ANSWERED = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
+KEPT = {Status.SOLVED: 1e-6, Status.ITERATION_LIMIT: TOLERANCE}  # relative, of what a hard limit allows
 PRIMAL = RESIDUALS.index("primal")
 _KEEPS = 1e-12  # a closed form that is over a bound by less than this (relative) keeps it
 
@@ -135,21 +136,24 @@ def tracking_error(step: Step) -> float:
 def usable(resolution: Resolution) -> bool:
     """Whether an answer may be sent to a robot: it is finite, and is what the resolver stands for.
 
-    One that stopped before it was done will do where it keeps the hard limits; its certificate tells.
+    An optimum that is claimed, or one that was not quite reached, must keep the hard limits; the
+    certificate tells, whatever the claim.
     """
     if not np.isfinite(resolution.x).all():
         return False
-    kept = float(resolution.certificate.residuals[:, PRIMAL].max())
-    return resolution.status in ANSWERED or (
-        resolution.status is Status.ITERATION_LIMIT and kept <= TOLERANCE
-    )
+    if resolution.status in KEPT:
+        broken = float(resolution.certificate.residuals[:, PRIMAL].max())
+        return broken <= KEPT[resolution.status]
+    return resolution.status in ANSWERED
 
 
 def not_solved(resolver: str, resolution: Resolution, when: str) -> NotSolved:
     """The error that stops a loop, with the resolution for a post-mortem."""
     verdict = resolution.status.name.lower().replace("_", " ")
-    if resolution.status in ANSWERED:
+    if not np.isfinite(resolution.x).all() and (resolution.claimed or resolution.status in ANSWERED):
         verdict = "not a number"
+    elif resolution.claimed:
+        verdict = "a velocity that breaks a hard limit"
     return NotSolved(f"{resolver} at {when}: {verdict}; {resolution.status.value}", resolution)
 
 

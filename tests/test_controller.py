@@ -18,7 +18,7 @@ from taskopt import (
 )
 from taskopt.errors import InvalidValue, NotSolved, UnknownName
 from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.base import Memory
+from taskopt.resolver.base import Memory, answered
 from taskopt.resolver.registry import resolver
 from taskopt.resolver.unanswered import unanswered
 from taskopt.robot import planar_arm
@@ -99,6 +99,33 @@ class _GivesUp:
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         return unanswered(hierarchy, Status.INFEASIBLE)
+
+    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+        return np.zeros(hierarchy.n)
+
+
+def test_a_claim_that_breaks_a_limit_is_not_sent() -> None:
+    """SOLVED is a claim: a velocity 1e-3 above its limit stops the loop; one 1e-9 above may be rounding."""
+    for beyond, sent in ((1e-9, True), (1e-3, False)):
+        control = Controller(ARM, STACK, _Claims(np.array([2.0 + beyond, 0.0, 0.0])))
+        if sent:
+            assert control.step(np.zeros(3), 0.0).v[0] > 2.0
+        else:
+            with pytest.raises(NotSolved, match="breaks a hard limit"):
+                control.step(np.zeros(3), 0.0)
+
+
+class _Claims:
+    """Says of one velocity, at every tick, that it is the optimum."""
+
+    name, strict = "claims", True
+
+    def __init__(self, x: np.ndarray) -> None:
+        self._x = x
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        y = np.zeros((hierarchy.layout.level_count + 1, hierarchy.layout.width))
+        return answered(hierarchy, self._x, y, np.zeros(hierarchy.layout.width, np.int8), Status.SOLVED)
 
     def twin(self, hierarchy: Hierarchy) -> np.ndarray:
         return np.zeros(hierarchy.n)
