@@ -117,6 +117,7 @@ def test_at_full_speed_every_joint_stops_at_the_end_of_its_range() -> None:
     np.testing.assert_allclose(at_end.q, end, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tiago_four_levels", "planar_conflict", "panda_switch", "panda_full_speed"])
 def test_every_optimum_is_proven(name: str) -> None:
     """Certified to 1e-8 on every tick that claims one; failures would be below one in a thousand."""

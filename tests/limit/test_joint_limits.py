@@ -40,6 +40,7 @@ def within(of, seed, edge):
     return q
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FRAMES)
 @given(
     seed=st.integers(0, 2**32 - 1),

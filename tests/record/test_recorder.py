@@ -57,6 +57,7 @@ def test_a_full_memory_is_handed_over_without_waiting(info, steps, monkeypatch):
     assert max(len(batch.steps) for batch in basket.batches) <= 20
 
 
+@pytest.mark.slow
 def test_a_long_tick_does_not_keep_what_came_before_it(info, steps, monkeypatch):
     """While nothing is written, the watchdog hands over what waits, well within a second."""
     monkeypatch.setattr(recorder, "PERIOD", 60.0)

@@ -51,6 +51,7 @@ def test_a_conflict_is_found_exactly_where_a_linear_program_finds_none(seed):
     assert (ActiveSet()(hierarchy)[0].status is Status.INFEASIBLE) == (found is not None)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(deadline=None, max_examples=80)
 def test_removing_any_one_member_makes_it_feasible(seed):

@@ -30,7 +30,9 @@ def errors(name: str, seeds: range) -> tuple[Array, Array, list[int]]:
     return np.array(raw), np.array(polished), lies
 
 
-@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "proxqp" else ()) for name in SOLVERS]
+)
 def test_raw_answers_are_the_exact_optimum(name: str) -> None:
     """40 hierarchies of five kinds, degenerate, conflicting and rank-deficient ones among them."""
     raw, _, lies = errors(name, range(40))
