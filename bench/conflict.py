@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 from taskopt import Hierarchy, Level
 from taskopt.arrays import Array
-from taskopt.resolver.conflict import Conflict, Side, conflict
+from taskopt.resolver.infeasible import Conflict, Side, conflict
 
 JOINTS, UNSURE = 7, (1e-10, 1e-8)
 _EXACT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

@@ -22,10 +22,10 @@ import numpy as np
 
 from taskopt import GradientTask, Stack
 from taskopt.arrays import Array
-from taskopt.objective import ObstacleDistance
+from taskopt.kinematics.objective import ObstacleDistance
+from taskopt.loop.run import run
+from taskopt.loop.scenario import Scenario, load_scenario
 from taskopt.resolver.registry import resolver
-from taskopt.run import run
-from taskopt.scenario import Scenario, load_scenario
 
 LENGTHS, TIP = np.array([0.5, 0.3, 0.3]), np.array([0.8, 0.2])  # [m]
 CENTRE, RADIUS = np.array([0.3, 0.0]), 0.1  # [m]

@@ -27,8 +27,8 @@ from taskopt import (
     Stack,
 )
 from taskopt.arrays import Array
-from taskopt.limit import RowLimit
-from taskopt.task import CentreOfMassTask
+from taskopt.kinematics.limit import RowLimit
+from taskopt.kinematics.task import CentreOfMassTask
 
 DT, PERIOD, RADIUS = 0.002, 2.0, 0.1  # [s], [s], [m]
 GAIN, DAMPING, KAPPA = 1.0 / DT, 1e-12, 0.5

@@ -8,58 +8,58 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from taskopt.configuration import Configuration as Configuration
-    from taskopt.controller import Controller as Controller
     from taskopt.errors import TaskoptError as TaskoptError
-    from taskopt.limit import JointPositionLimit as JointPositionLimit
-    from taskopt.limit import JointVelocityLimit as JointVelocityLimit
-    from taskopt.objective import JointRange as JointRange
-    from taskopt.objective import Manipulability as Manipulability
-    from taskopt.objective import UserFunction as UserFunction
-    from taskopt.problem.hierarchy import Hierarchy as Hierarchy
-    from taskopt.problem.hierarchy import Level as Level
-    from taskopt.reference import Circle as Circle
-    from taskopt.reference import Function as Function
-    from taskopt.reference import Hold as Hold
-    from taskopt.reference import Latest as Latest
-    from taskopt.reference import Line as Line
+    from taskopt.hierarchy.problem import Hierarchy as Hierarchy
+    from taskopt.hierarchy.problem import Level as Level
+    from taskopt.kinematics.configuration import Configuration as Configuration
+    from taskopt.kinematics.limit import JointPositionLimit as JointPositionLimit
+    from taskopt.kinematics.limit import JointVelocityLimit as JointVelocityLimit
+    from taskopt.kinematics.objective import JointRange as JointRange
+    from taskopt.kinematics.objective import Manipulability as Manipulability
+    from taskopt.kinematics.objective import UserFunction as UserFunction
+    from taskopt.kinematics.robot import Robot as Robot
+    from taskopt.kinematics.stack import Stack as Stack
+    from taskopt.kinematics.target import Circle as Circle
+    from taskopt.kinematics.target import Function as Function
+    from taskopt.kinematics.target import Hold as Hold
+    from taskopt.kinematics.target import Latest as Latest
+    from taskopt.kinematics.target import Line as Line
+    from taskopt.kinematics.task import DampingTask as DampingTask
+    from taskopt.kinematics.task import FrameTask as FrameTask
+    from taskopt.kinematics.task import GradientTask as GradientTask
+    from taskopt.kinematics.task import JointTask as JointTask
+    from taskopt.kinematics.task import OrientationTask as OrientationTask
+    from taskopt.kinematics.task import PositionTask as PositionTask
+    from taskopt.loop.controller import Controller as Controller
+    from taskopt.loop.scenario import Scenario as Scenario
     from taskopt.resolver.registry import resolve as resolve
-    from taskopt.robot import Robot as Robot
-    from taskopt.scenario import Scenario as Scenario
-    from taskopt.stack import Stack as Stack
-    from taskopt.task import DampingTask as DampingTask
-    from taskopt.task import FrameTask as FrameTask
-    from taskopt.task import GradientTask as GradientTask
-    from taskopt.task import JointTask as JointTask
-    from taskopt.task import OrientationTask as OrientationTask
-    from taskopt.task import PositionTask as PositionTask
 
 _HOME = {
-    "Configuration": "taskopt.configuration",
-    "Controller": "taskopt.controller",
+    "Configuration": "taskopt.kinematics.configuration",
+    "Controller": "taskopt.loop.controller",
     "TaskoptError": "taskopt.errors",
-    "JointPositionLimit": "taskopt.limit",
-    "JointVelocityLimit": "taskopt.limit",
-    "JointRange": "taskopt.objective",
-    "Manipulability": "taskopt.objective",
-    "UserFunction": "taskopt.objective",
-    "Hierarchy": "taskopt.problem.hierarchy",
-    "Level": "taskopt.problem.hierarchy",
-    "Circle": "taskopt.reference",
-    "Function": "taskopt.reference",
-    "Hold": "taskopt.reference",
-    "Latest": "taskopt.reference",
-    "Line": "taskopt.reference",
+    "JointPositionLimit": "taskopt.kinematics.limit",
+    "JointVelocityLimit": "taskopt.kinematics.limit",
+    "JointRange": "taskopt.kinematics.objective",
+    "Manipulability": "taskopt.kinematics.objective",
+    "UserFunction": "taskopt.kinematics.objective",
+    "Hierarchy": "taskopt.hierarchy.problem",
+    "Level": "taskopt.hierarchy.problem",
+    "Circle": "taskopt.kinematics.target",
+    "Function": "taskopt.kinematics.target",
+    "Hold": "taskopt.kinematics.target",
+    "Latest": "taskopt.kinematics.target",
+    "Line": "taskopt.kinematics.target",
     "resolve": "taskopt.resolver.registry",
-    "Robot": "taskopt.robot",
-    "Scenario": "taskopt.scenario",
-    "Stack": "taskopt.stack",
-    "DampingTask": "taskopt.task",
-    "FrameTask": "taskopt.task",
-    "GradientTask": "taskopt.task",
-    "JointTask": "taskopt.task",
-    "OrientationTask": "taskopt.task",
-    "PositionTask": "taskopt.task",
+    "Robot": "taskopt.kinematics.robot",
+    "Scenario": "taskopt.loop.scenario",
+    "Stack": "taskopt.kinematics.stack",
+    "DampingTask": "taskopt.kinematics.task",
+    "FrameTask": "taskopt.kinematics.task",
+    "GradientTask": "taskopt.kinematics.task",
+    "JointTask": "taskopt.kinematics.task",
+    "OrientationTask": "taskopt.kinematics.task",
+    "PositionTask": "taskopt.kinematics.task",
 }
 
 

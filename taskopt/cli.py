@@ -13,9 +13,9 @@ import typer
 from taskopt.errors import InvalidValue, TaskoptError
 
 if TYPE_CHECKING:
+    from taskopt.loop.run import Step
     from taskopt.record import RunInfo
     from taskopt.record.log import Log
-    from taskopt.run import Step
 
 app = typer.Typer(
     name="taskopt",
@@ -55,7 +55,7 @@ class Output:
     def recorders(self, info: "RunInfo") -> "tuple[Log, ...]":
         """The log of a run, or nothing."""
         from taskopt.record import open_log
-        from taskopt.record.viewing import live_viewer
+        from taskopt.record.viewer.open import live_viewer
 
         if not self.record:
             if self.live:
@@ -109,14 +109,14 @@ def view(
     logs: Logs = Path("logs"),
 ) -> None:
     """Open a recording in Rerun, on a finished layout."""
-    from taskopt.record.picture import take_picture
-    from taskopt.record.viewing import recording, show
+    from taskopt.record.viewer.open import recording, show
+    from taskopt.record.viewer.picture import take_picture
 
     path = recording(log or logs)
     if picture is None:
         show(path)
     else:
-        from taskopt.record.picture import take_picture
+        from taskopt.record.viewer.picture import take_picture
 
         take_picture(path, picture, at)
         typer.echo(f"{picture} shows {path}")
@@ -212,10 +212,10 @@ def main() -> None:
 
 def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: Output) -> None:
     from taskopt.compare import Comparison
+    from taskopt.loop.scenario import load_scenario
     from taskopt.record import RunInfo, record
     from taskopt.report import show, terminal
     from taskopt.resolver.registry import resolver
-    from taskopt.scenario import load_scenario
 
     resolvers = [resolver(name) for name in names]
     scenario = load_scenario(file)

@@ -154,9 +154,9 @@ def _most_bound(tally: Tally, count: int = 4) -> str:
 
 def show_inventory(console: Console) -> None:
     """Robots, resolvers, solvers with the line that installs them, scenarios."""
+    from taskopt.kinematics.robot import robot_names
+    from taskopt.loop.scenario import scenario_files
     from taskopt.resolver.registry import resolver_names
-    from taskopt.robot import robot_names
-    from taskopt.scenario import scenario_files
     from taskopt.solver.registry import solvers
 
     robots = robot_names()

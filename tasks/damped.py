@@ -6,7 +6,7 @@ half a turn within the moment in which the tip passes.
 """
 
 from taskopt import DampingTask, Line, PositionTask, Scenario, Stack
-from taskopt.robot import planar_arm
+from taskopt.kinematics.robot import planar_arm
 
 past = Line(by=(-1.2, 0.0, 0.0), duration=3.0)  # [m], [s]
 k = 0.1

@@ -6,9 +6,9 @@ exactly, which with a constant k it nowhere does.
 """
 
 from taskopt import Line, PositionTask, Scenario, Stack
-from taskopt.problem.damping import NumericalFiltering
-from taskopt.robot import planar_arm
-from taskopt.task import LevelDamping
+from taskopt.hierarchy.damping import NumericalFiltering
+from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.task import LevelDamping
 
 past = Line(by=(-1.2, 0.0, 0.0), duration=3.0)  # [m], [s]
 policy = NumericalFiltering(k_max=0.1, epsilon=0.15)

@@ -5,7 +5,7 @@ singularity on the way, here it does not fall below 0.33 m².
 """
 
 from taskopt import GradientTask, Line, Manipulability, PositionTask, Scenario, Stack
-from taskopt.robot import planar_arm
+from taskopt.kinematics.robot import planar_arm
 
 past = Line(by=(-0.754, -0.357, 0.0), duration=2.0)  # [m], [s]
 

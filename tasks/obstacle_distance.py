@@ -6,8 +6,8 @@ objective has second place: it would not keep the tip off the object if the line
 """
 
 from taskopt import GradientTask, Line, PositionTask, Scenario, Stack
-from taskopt.objective import ObstacleDistance
-from taskopt.robot import Sphere, planar_arm
+from taskopt.kinematics.objective import ObstacleDistance
+from taskopt.kinematics.robot import Sphere, planar_arm
 
 line = Line(by=(0.47, -0.411, 0.0), duration=2.0)  # [m], [s]
 away = ObstacleDistance([Sphere((0.687, 0.225, 0.0), 0.1, name="object")])

@@ -5,7 +5,7 @@ that is allowed and not a rad more; the bounds are exact for steps of this lengt
 """
 
 from taskopt import Function, JointTask, Robot, Scenario, Stack
-from taskopt.limit import JointAccelerationLimit
+from taskopt.kinematics.limit import JointAccelerationLimit
 
 to_and_fro = Function(lambda t: [9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0] if t < 2.0 else [0.0] * 7)  # [rad]
 

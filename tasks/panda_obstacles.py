@@ -17,8 +17,8 @@ from taskopt import (
     Scenario,
     Stack,
 )
-from taskopt.limit import ObstacleLimit, SelfCollisionLimit
-from taskopt.robot import Sphere
+from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
+from taskopt.kinematics.robot import Sphere
 
 balls = [
     Sphere((0.55, 0.21, 0.58), 0.1, name="left ball"),

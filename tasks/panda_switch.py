@@ -16,7 +16,7 @@ from taskopt import (
     Scenario,
     Stack,
 )
-from taskopt.task import During
+from taskopt.kinematics.task import During
 
 hand = "panda_hand"
 circle = Circle(radius=0.1, period=2.0)  # [m], [s]

@@ -6,8 +6,8 @@ and the least that would have to give way; here the arm brakes as hard as it may
 """
 
 from taskopt import PositionTask, Scenario, Stack
-from taskopt.limit import JointAccelerationLimit, ObstacleLimit
-from taskopt.robot import Sphere, planar_arm
+from taskopt.kinematics.limit import JointAccelerationLimit, ObstacleLimit
+from taskopt.kinematics.robot import Sphere, planar_arm
 
 ball = Sphere([0.75, 0.75, 0.0], 0.15)  # [m]
 

@@ -6,8 +6,8 @@ circle that is larger than the box, so it slides along the box's sides. Last, th
 """
 
 from taskopt import Circle, JointTask, PositionTask, Robot, Scenario, Stack
-from taskopt.limit import JointAccelerationLimit
-from taskopt.task import BoxTask, GazeTask
+from taskopt.kinematics.limit import JointAccelerationLimit
+from taskopt.kinematics.task import BoxTask, GazeTask
 
 whole = Robot.load("tiago_dual")
 robot = whole.lock([joint for joint in whole.joints if not joint.startswith(("torso", "arm", "head"))])

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 PLANAR, PANDA = str(ROOT / "tasks" / "planar_circle.py"), str(ROOT / "tasks" / "panda_circle.py")
 ARM = """
 from taskopt import FrameTask, JointTask, Scenario, Stack
-from taskopt.robot import planar_arm
+from taskopt.kinematics.robot import planar_arm
 arm = planar_arm([0.5, 0.5], -1.0, 1.0)
 """
 SCENARIO = "scenario = Scenario(robot=arm, q0=[0.1, 0.2], stack=Stack([[JointTask()]]), duration=0.01)\n"

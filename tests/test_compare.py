@@ -19,13 +19,13 @@ from taskopt import (
 )
 from taskopt.compare import Comparison
 from taskopt.errors import NotSolved
-from taskopt.limit import ObstacleLimit, SelfCollisionLimit
-from taskopt.problem.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
+from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt.loop.run import run
 from taskopt.report import show
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver
-from taskopt.robot import Sphere, planar_arm
-from taskopt.run import run
 
 PATH = Circle(radius=0.15, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0))
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from taskopt import Stack
 from taskopt.cli import app
-from taskopt.limit import ObstacleLimit
+from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.resolver.registry import resolver_names
 
 ROOT = Path(__file__).parents[1]

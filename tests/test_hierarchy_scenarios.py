@@ -10,13 +10,13 @@ import pytest
 
 from taskopt import Configuration, Stack
 from taskopt.errors import Infeasible
-from taskopt.limit import ObstacleLimit
-from taskopt.problem.resolution import Status
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.run import Step, run
-from taskopt.scenario import Scenario, load_scenario
-from taskopt.task import During
-from taskopt.task.during import largest_jump
+from taskopt.hierarchy.resolution import Status
+from taskopt.kinematics.limit import ObstacleLimit
+from taskopt.kinematics.task import During
+from taskopt.kinematics.task.transition import largest_jump
+from taskopt.loop.run import Step, run
+from taskopt.loop.scenario import Scenario, load_scenario
+from taskopt.resolver.active_set.resolver import ActiveSet
 
 TASKS = Path(__file__).parents[1] / "tasks"
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.multipliers import certify_velocity
-from tests.oracles import KINDS, lexicographic_optimum, random_hierarchy
+from taskopt.hierarchy.multipliers import certify_velocity
+from taskopt.hierarchy.problem import Hierarchy, Level
+from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 
 def test_a_conflict_is_decided_by_weights_and_frozen() -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from taskopt.compare import tracking_error
-from taskopt.configuration import Configuration
+from taskopt.kinematics.configuration import Configuration
+from taskopt.loop.run import Step, run
+from taskopt.loop.scenario import Scenario, load_scenario
 from taskopt.resolver.registry import resolver
-from taskopt.run import Step, run
-from taskopt.scenario import Scenario, load_scenario
 
 pytestmark = pytest.mark.slow
 

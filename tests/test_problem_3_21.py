@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from taskopt import Configuration, Stack
+from taskopt.loop.run import run
+from taskopt.loop.scenario import load_scenario
 from taskopt.resolver.registry import resolver
-from taskopt.run import run
-from taskopt.scenario import load_scenario
-from tests.near import circle_clearance
+from tests.helpers.near import circle_clearance
 
 LENGTHS, CENTRE, RADIUS = np.array([0.5, 0.3, 0.3]), np.array([0.3, 0.0]), 0.1
 SCENARIO = load_scenario(Path(__file__).parents[1] / "tasks" / "problem_3_21.py")

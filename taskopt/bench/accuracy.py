@@ -15,10 +15,10 @@ from rich.table import Table
 from rich.text import Text
 
 from taskopt.arrays import Array
-from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
-from taskopt.resolver.polish import polish
 from taskopt.resolver.registry import resolver
 from taskopt.solver.qpsolvers import solve_at_defaults
 from taskopt.solver.registry import solvers

@@ -6,16 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.configuration import Configuration
-from taskopt.limit import JointAccelerationLimit, JointPositionLimit, JointVelocityLimit, Limit
-from taskopt.limit.obstacle import ObstacleLimit
-from taskopt.limit.self_collision import SelfCollisionLimit
-from taskopt.reference import Latest
-from taskopt.robot import Robot, planar_arm
-from taskopt.robot.pairs import random_posture
-from taskopt.robot.shapes import Box, Capsule, HalfSpace, Shape, Sphere
-from taskopt.stack import Stack
-from taskopt.task import BoxTask, FrameTask, GazeTask, JointTask, OrientationTask, PositionTask, Task
+from taskopt.kinematics.collision.pairs import random_posture
+from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit import JointAccelerationLimit, JointPositionLimit, JointVelocityLimit, Limit
+from taskopt.kinematics.limit.obstacle import ObstacleLimit
+from taskopt.kinematics.limit.self_collision import SelfCollisionLimit
+from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.target import Latest
+from taskopt.kinematics.task import (
+    BoxTask,
+    FrameTask,
+    GazeTask,
+    JointTask,
+    OrientationTask,
+    PositionTask,
+    Task,
+)
 
 # Frames that a task may be about: a planar arm, seven joints, wheels without end, a floating base.
 FRAMES = {

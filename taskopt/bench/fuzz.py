@@ -18,13 +18,13 @@ from rich.table import Table
 
 from taskopt.arrays import Array
 from taskopt.bench.draw import FRAMES, aim, fuzz_robot, random_stack, random_start
-from taskopt.configuration import Configuration
-from taskopt.controller import Controller
 from taskopt.errors import Infeasible, NotSolved
-from taskopt.limit.distance import BoundDistance
-from taskopt.problem.certificate import TOLERANCE
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.resolution import Resolution
+from taskopt.hierarchy.certificate import TOLERANCE
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.distance import BoundDistance
+from taskopt.loop.controller import Controller
 
 KEPT = 1e-9  # [rad, rad/s, m] by how much a limit may be missed after the step
 RUN = 20  # ticks in a row, on average

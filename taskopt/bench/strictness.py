@@ -17,12 +17,12 @@ from rich.text import Text
 from scipy.optimize import lsq_linear
 
 from taskopt.arrays import Array
-from taskopt.configuration import Configuration
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.resolver.leak import leak, level_residuals
-from taskopt.robot import Robot
-from taskopt.robot.pairs import random_posture
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.kinematics.collision.pairs import random_posture
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.robot import Robot
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.regret import leak, level_residuals
 
 SPEED = 0.6  # [m/s]
 WEIGHTS = (1e-2, 1e-4)

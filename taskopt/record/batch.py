@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray, StateArray
-from taskopt.problem.layout import Layout
-from taskopt.problem.review import Cause, LevelAccount
-from taskopt.run import Step
+from taskopt.hierarchy.layout import Layout
+from taskopt.hierarchy.review import Cause, LevelAccount
+from taskopt.loop.run import Step
 
 Mask = NDArray[np.bool_]
 

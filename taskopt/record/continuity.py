@@ -2,10 +2,10 @@
 
 from collections import Counter
 
-from taskopt.problem.chatter import ChatterWatch
-from taskopt.run import Step
-from taskopt.stack import Plan
-from taskopt.task.during import Transition, transitions
+from taskopt.hierarchy.alternation import ChatterWatch
+from taskopt.kinematics.stack import Plan
+from taskopt.kinematics.task.transition import Transition, transitions
+from taskopt.loop.run import Step
 
 _SHOWN = 3  # limits that chatter, named in a summary
 

@@ -9,9 +9,9 @@ from taskopt.record.manifest import FILE as MANIFEST
 from taskopt.record.manifest import ManifestSink
 from taskopt.record.reading import LOGS, RECORDING
 from taskopt.record.recorder import Gatherer, RunInfo
-from taskopt.record.stream import StreamSink
 from taskopt.record.table import FILE as TABLE
 from taskopt.record.table import TableSink
+from taskopt.record.viewer.stream import StreamSink
 
 
 class Log(Gatherer):

@@ -10,10 +10,10 @@ from time import monotonic
 from types import TracebackType
 from typing import Protocol, Self
 
+from taskopt.kinematics.stack import Plan
+from taskopt.loop.run import Step
+from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
-from taskopt.run import Step
-from taskopt.scenario import Scenario
-from taskopt.stack import Plan
 
 PERIOD = 0.6  # [s] of wall-clock between two flushes
 _PATIENCE = 0.7  # [s] without a flush before the watchdog does it

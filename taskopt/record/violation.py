@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.configuration import Configuration
-from taskopt.limit import BoundLimit, JointPositionLimit
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit import BoundLimit, JointPositionLimit
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.recorder import RunInfo
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from taskopt.arrays import finite
 from taskopt.errors import InvalidValue
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.review import SMALLEST
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.review import SMALLEST
 from taskopt.solver.registry import Solver
 
 _MARGIN = 1e-3  # solvers measure residuals in their own scaling, and stop at the first that is small enough

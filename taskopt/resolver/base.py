@@ -7,12 +7,12 @@ import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.errors import InvalidValue
-from taskopt.problem.certificate import certify, certify_kernel
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.layout import Layout
-from taskopt.problem.multipliers import find_multipliers
-from taskopt.problem.resolution import Resolution, Status
-from taskopt.problem.review import ACCURACY, LevelAccount
+from taskopt.hierarchy.certificate import certify, certify_kernel
+from taskopt.hierarchy.layout import Layout
+from taskopt.hierarchy.multipliers import find_multipliers
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.review import ACCURACY, LevelAccount
 from taskopt.resolver.review import TickReview
 
 _COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy

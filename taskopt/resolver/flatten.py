@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from taskopt.problem.equality import root_of
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.layout import Block, Layout
+from taskopt.hierarchy.equality import root_of
+from taskopt.hierarchy.layout import Block, Layout
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.resolver.closed_form import level_ratio
 
 

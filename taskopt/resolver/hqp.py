@@ -11,15 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.problem.equality import inverse_root
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.multipliers import find_multipliers
-from taskopt.problem.rank import RULE, RankRule, row_scale
-from taskopt.problem.resolution import Resolution, Status
-from taskopt.problem.review import ACCURACY, LevelAccount
+from taskopt.hierarchy.equality import inverse_root
+from taskopt.hierarchy.multipliers import find_multipliers
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.rank import RULE, RankRule, row_scale
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.review import ACCURACY, LevelAccount
 from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, checked, final_state
-from taskopt.resolver.cascade import (
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.level_qp import (
     PRICED,
     VIOLATED,
     Rows,
@@ -29,7 +30,6 @@ from taskopt.resolver.cascade import (
     least_violation,
     split,
 )
-from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.unanswered import unanswered, unless_broken
 from taskopt.solver.registry import solver
 

@@ -4,21 +4,21 @@ from collections.abc import Callable
 from functools import partial
 
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.problem.damping import POLICIES
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.resolution import Resolution
+from taskopt.hierarchy.damping import POLICIES
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.resolver.base import Resolver
-from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
+from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
+from taskopt.resolver.cvxpy_model import ENGINES, Restated
 from taskopt.resolver.hqp import HierarchicalQP
-from taskopt.resolver.restated import ENGINES, Restated
-from taskopt.resolver.weighted_qp import WeightedQP
+from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.registry import solver, solvers
 
 DEFAULT = "active-set"
 
 
 def _active_set() -> Resolver:
-    from taskopt.resolver.active_set import ActiveSet  # its kernels take a moment to load
+    from taskopt.resolver.active_set.resolver import ActiveSet  # its kernels take a moment to load
 
     return ActiveSet()
 

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.problem.equality import equality_levels
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.resolution import Resolution, Status
-from taskopt.problem.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
+from taskopt.hierarchy.equality import equality_levels
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
 from taskopt.resolver.closed_form import Descent, descend
 
 _NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one

@@ -8,11 +8,11 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import Infeasible
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.policy import Policy
-from taskopt.problem.resolution import Resolution, Status
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution, Status
 from taskopt.resolver.base import Resolver, answered
-from taskopt.resolver.conflict import Conflict, conflict, relaxed
+from taskopt.resolver.infeasible import Conflict, conflict, relaxed
+from taskopt.resolver.policy import Policy
 
 _COUNTS = 1e-9  # [rad/s, m/s] a limit that is broken by less is kept
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from taskopt.problem.certificate import RESIDUALS, TOLERANCE
-from taskopt.problem.hierarchy import Hierarchy
-from taskopt.problem.resolution import Resolution, Status
+from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution, Status
 from taskopt.resolver.base import Memory, answered
-from taskopt.resolver.conflict import agree
+from taskopt.resolver.infeasible import agree
 
 
 def unanswered(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tuple[Resolution, Memory]:

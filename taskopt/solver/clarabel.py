@@ -5,8 +5,8 @@ from typing import Any
 import clarabel as package
 import numpy as np
 
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.resolution import Status
 from taskopt.solver.sparse import compressed
 
 clarabel: Any = package  # compiled: a type checker sees nothing in it

@@ -3,8 +3,8 @@
 import daqp
 import numpy as np
 
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.resolution import Status
 
 _FREE = 1e30  # its infinity
 _EQUALITY = 5  # its `sense` of an equality

@@ -5,8 +5,8 @@ IEEE Trans. Robotics 41.
 import numpy as np
 from proxsuite import proxqp
 
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.resolution import Status
 
 _STATUS = {
     proxqp.PROXQP_SOLVED: Status.SOLVED,

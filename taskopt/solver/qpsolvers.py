@@ -7,8 +7,8 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import NotInstalled
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.resolution import Status
 from taskopt.solver.sparse import compressed
 
 _OPTIONS = {  # its own name of the tolerance, or none

@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from taskopt.errors import NotInstalled, UnknownName
-from taskopt.problem.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
 
 Solve = Callable[[QuadraticProgram, float], Solution]
 

@@ -8,11 +8,11 @@ import pytest
 from taskopt import Hierarchy, Level
 from taskopt.bench.draw import FRAMES, fuzz_robot
 from taskopt.bench.fuzz import Floor, Fuzzed, _judge, fuzz
-from taskopt.configuration import Configuration
-from taskopt.limit.obstacle import ObstacleLimit
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.robot import planar_arm
-from taskopt.robot.shapes import Sphere
+from taskopt.kinematics.collision.shapes import Sphere
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.obstacle import ObstacleLimit
+from taskopt.kinematics.robot import planar_arm
+from taskopt.resolver.active_set.resolver import ActiveSet
 
 SLOW = ("tiago", "talos")
 
@@ -42,7 +42,7 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
     assert tally.clean
     spoilt = Hierarchy([Level(np.eye(2), [0.5 + 1e-6 * (fault == "x"), 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
     if fault == "x":
-        from taskopt.problem.certificate import certify
+        from taskopt.hierarchy.certificate import certify
 
         worst = certify(spoilt, resolution.x, resolution.multipliers)
         resolution.answer[2 + resolution.multipliers.size :][: worst.residuals.size] = worst.residuals.ravel()

@@ -7,8 +7,8 @@ from rich.console import Console
 
 from taskopt import Hierarchy, Level
 from taskopt.bench.strictness import WAYS, in_one_qp, measure, table
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.resolver.leak import level_residuals
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.regret import level_residuals
 
 
 def test_strict_levels_leak_nothing_where_weights_and_projected_costs_do() -> None:

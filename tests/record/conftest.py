@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from taskopt.limit import JointPositionLimit, JointVelocityLimit
+from taskopt.kinematics.limit import JointPositionLimit, JointVelocityLimit
+from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.target import Circle
+from taskopt.kinematics.task import JointTask, PositionTask
+from taskopt.loop.run import Step, run
+from taskopt.loop.scenario import Scenario
 from taskopt.record.log import Log
 from taskopt.record.recorder import RunInfo
-from taskopt.reference import Circle
 from taskopt.resolver.registry import resolver
-from taskopt.robot import planar_arm
-from taskopt.run import Step, run
-from taskopt.scenario import Scenario
-from taskopt.stack import Stack
-from taskopt.task import JointTask, PositionTask
 
 NAMES = ("active-set", "wqp/daqp", "pinv")
 

@@ -8,16 +8,16 @@ import pytest
 
 from taskopt import JointTask, JointVelocityLimit, PositionTask, Scenario, Stack
 from taskopt.compare import Comparison
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.resolution import Status
+from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.task import During
+from taskopt.loop.run import run
+from taskopt.loop.scenario import load_scenario
 from taskopt.record.batch import Batch
-from taskopt.record.card import Card
 from taskopt.record.continuity import Continuity
+from taskopt.record.summary import Card
 from taskopt.report import show, terminal
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.robot import planar_arm
-from taskopt.run import run
-from taskopt.scenario import load_scenario
-from taskopt.task import During
+from taskopt.resolver.active_set.resolver import ActiveSet
 
 DT = 2e-3
 

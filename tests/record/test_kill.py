@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from taskopt.record.reading import newest_log, read_manifest, read_table
-from taskopt.record.series import of
-from tests.rrd import rows_of
+from taskopt.record.viewer.plots import of
+from tests.helpers.rrd import rows_of
 
 PROGRAM = """
 import sys, time
@@ -20,8 +20,8 @@ sys.path.insert(0, {root!r})
 from dataclasses import replace
 from taskopt.record import RunInfo, open_log
 from taskopt.resolver.registry import resolver
-from taskopt.run import run
-from taskopt.scenario import load_scenario
+from taskopt.loop.run import run
+from taskopt.loop.scenario import load_scenario
 
 scenario = replace(load_scenario({root!r} + "/tasks/planar_circle.py"), duration=600.0)
 info = RunInfo(scenario, ("active-set",))

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from taskopt.limit import JointVelocityLimit
+from taskopt.kinematics.limit import JointVelocityLimit
+from taskopt.kinematics.stack import Stack
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
 from taskopt.record.violation import LimitGauge
-from taskopt.stack import Stack
 
 
 def test_the_limits_in_force_are_those_of_the_stack(info):

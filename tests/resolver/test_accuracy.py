@@ -9,12 +9,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from taskopt.arrays import Array
-from taskopt.configuration import Configuration
 from taskopt.errors import InvalidValue
-from taskopt.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.qp import QuadraticProgram, Solution
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.resolution import Status
+from taskopt.kinematics.collision.shapes import Sphere
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
+from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.resolver.accuracy import solve_to
 from taskopt.resolver.closed_form import (
     damped_inverse,
@@ -26,11 +28,9 @@ from taskopt.resolver.closed_form import (
 )
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver, resolver_names
-from taskopt.resolver.weighted_qp import WeightedQP
-from taskopt.robot import Robot, planar_arm
-from taskopt.robot.shapes import Sphere
+from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.registry import Solver, solver, solvers
-from tests.spectrum import jacobian
+from tests.helpers.spectrum import jacobian
 
 EXACT = ("daqp", "clarabel", "proxqp", "quadprog")
 OTHERS = tuple(row.name for row in solvers() if row.installed and row.name not in EXACT)

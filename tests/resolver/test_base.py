@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue
-from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver
 

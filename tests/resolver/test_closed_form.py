@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt.errors import InvalidValue
-from taskopt.problem.damping import NONE, ConstantDamping
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.multipliers import certify_velocity
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.damping import NONE, ConstantDamping
+from taskopt.hierarchy.multipliers import certify_velocity
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Status
 from taskopt.resolver.closed_form import (
     damped_inverse,
     gradient_motion,
@@ -24,11 +24,11 @@ from taskopt.resolver.closed_form import (
     weighted_least_squares,
     weighted_pseudo_inverse,
 )
-from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
+from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver
-from tests.oracles import lexicographic_optimum, random_hierarchy
-from tests.spectrum import jacobian, with_singular_values
+from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
+from tests.helpers.spectrum import jacobian, with_singular_values
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.resolution import Status
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.resolver.conflict import Side, conflict
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Status
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.infeasible import Side, conflict
 from taskopt.resolver.registry import resolver
 
 SEEDS = st.integers(0, 2**32 - 1)

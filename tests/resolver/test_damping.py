@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
-from taskopt.problem.damping import (
+from taskopt.hierarchy.damping import (
     NONE,
     POLICIES,
     Chiaverini,
@@ -17,11 +17,11 @@ from taskopt.problem.damping import (
     NumericalFiltering,
     Sugihara,
 )
-from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
-from taskopt.resolver.formula import DampedLeastSquares
+from taskopt.resolver.closed_form_resolvers import DampedLeastSquares
 from taskopt.resolver.hqp import HierarchicalQP
-from tests.spectrum import jacobian
+from tests.helpers.spectrum import jacobian
 
 SEEDS = st.integers(0, 2**32 - 1)
 FADING = [NakamuraHanafusa(0.1, 0.05), Chiaverini(0.1, 0.05), NumericalFiltering(0.1, 0.05)]

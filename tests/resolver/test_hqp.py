@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from taskopt.arrays import Array
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Status
+from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.hqp import HierarchicalQP
-from taskopt.resolver.polish import polish
-from tests.oracles import KINDS, lexicographic_optimum, random_hierarchy
+from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 SOLVERS = ["daqp", "clarabel", "proxqp", "quadprog"]
 RIGHT = 1e-7  # largest error of x that counts as right: half the digits, where an interior point may end

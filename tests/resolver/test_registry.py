@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from taskopt.errors import UnknownName
-from taskopt.problem.hierarchy import Hierarchy, Level
+from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import resolve, resolver, resolver_names
-from tests.oracles import random_hierarchy
+from tests.helpers.oracles import random_hierarchy
 
 NAMES = ["pinv", "dls", "active-set", "wqp/daqp", "hqp/clarabel"]
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from taskopt.problem.damping import Chiaverini
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.resolution import Resolution, Status
-from taskopt.resolver.formula import DampedLeastSquares, PseudoInverse
+from taskopt.hierarchy.damping import Chiaverini
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.review import TickReview
-from tests.oracles import lexicographic_optimum, random_hierarchy
-from tests.spectrum import jacobian
+from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
+from tests.helpers.spectrum import jacobian
 
 SOLVING = ["active-set", "hqp/daqp", "hqp/clarabel", "hqp/highs", "wqp/daqp", "wqp/proxqp"]
 

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from taskopt import Controller, Hierarchy, JointTask, JointVelocityLimit, Level, Scenario, Stack
 from taskopt.errors import Infeasible, InvalidValue, MissingFile, NotSolved, UnknownName
-from taskopt.limit import JointAccelerationLimit
-from taskopt.problem.policy import Policy
-from taskopt.problem.resolution import Status
-from taskopt.resolver.active_set import ActiveSet
-from taskopt.resolver.conflict import conflict, relaxed
+from taskopt.hierarchy.resolution import Status
+from taskopt.kinematics.limit import JointAccelerationLimit
+from taskopt.kinematics.robot import planar_arm
+from taskopt.loop.run import run
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.infeasible import conflict, relaxed
+from taskopt.resolver.policy import Policy
 from taskopt.resolver.registry import resolver
 from taskopt.resolver.settle import settle
 from taskopt.resolver.unanswered import unanswered
-from taskopt.robot import planar_arm
-from taskopt.run import run
 from tests.resolver.test_conflict import random_limits
 
 ARM = planar_arm([0.5, 0.5, 0.5], lower=-3.0, upper=3.0, velocity=9.0)

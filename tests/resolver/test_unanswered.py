@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.resolution import Status
-from taskopt.resolver.conflict import agree
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Status
+from taskopt.resolver.infeasible import agree
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.unanswered import unanswered
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue
-from taskopt.problem.hierarchy import Hierarchy, Level
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Status
+from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.flatten import flatten
 from taskopt.resolver.hqp import HierarchicalQP
-from taskopt.resolver.polish import polish
-from taskopt.resolver.weighted_qp import WeightedQP
-from tests.oracles import lexicographic_optimum, random_hierarchy
+from taskopt.resolver.weighted import WeightedQP
+from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 
 EXACT = ["daqp", "quadprog"]
 

@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 
 from taskopt.arrays import Array
 from taskopt.errors import NotSolved
-from taskopt.problem.resolution import Status
+from taskopt.hierarchy.resolution import Status
 from taskopt.resolver.closed_form import (
     damped_inverse,
     null_space_motion,
     pseudo_inverse,
     weighted_pseudo_inverse,
 )
-from taskopt.resolver.restated import ENGINES
+from taskopt.resolver.cvxpy_model import ENGINES
 from taskopt.solver import cvxpy as chapter
 
 SEEDS = st.integers(0, 2**32 - 1)

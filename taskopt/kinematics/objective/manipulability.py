@@ -1,0 +1,157 @@
+"""Distance from kinematic singularities."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taskopt.arrays import Array, IntArray
+from taskopt.errors import InvalidValue
+from taskopt.jit import kernel
+from taskopt.kinematics.axes import chosen_rows
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.objective.base import Objective
+
+
+@dataclass(frozen=True)
+class Manipulability(Objective):
+    """w = √det(J Jᵀ) (3.56), the product of the singular values of the frame's Jacobian (Problem 3.8).
+
+    `axes` chooses rows of J, in the world's axes: letters of "xyz" and, after a blank, of "rpy".
+    Yoshikawa (1985), IJRR 4(2). w depends on the unit of length where both kinds of rows are chosen.
+
+    ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With J = Σ σᵢ uᵢ vᵢᵀ, w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σⱼ) vᵢ uᵢᵀ,
+    which stays finite where w = 0. There w has a kink like |x|, and the gradient is a slope to one
+    side of it, so that climbing leaves the singularity.
+    """
+
+    frame: str
+    axes: str = "xyz rpy"
+    _rows: IntArray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_rows", chosen_rows(self.axes, "xyzrpy"))
+
+    def value(self, at: Configuration) -> float:
+        return self._value_and_gradient(at)[0]
+
+    def gradient(self, at: Configuration) -> Array:
+        return self._value_and_gradient(at)[1]
+
+    def _value_and_gradient(self, at: Configuration) -> tuple[float, Array]:
+        columns = at.frame(self.frame).columns
+        if len(self._rows) > len(columns):
+            raise InvalidValue(
+                f"manipulability of '{self.frame}' in {len(self._rows)} axes is 0 everywhere, as only "
+                f"{len(columns)} joint(s) move it; choose fewer axes, as in axes='xy'"
+            )
+        out = np.zeros(at.robot.nv)
+        w = _manipulability_into(at.jacobian(self.frame), self._rows, columns, at.robot.column_joint, out)
+        return w, out
+
+
+@kernel
+def _manipulability_into(jacobian, rows, columns, column_joint, out):
+    """w, and its gradient into `out` (nv,), which must be zero where no column is."""
+    m, n = len(rows), len(columns)
+    B, U = np.empty((m, n)), np.eye(m)
+    for i in range(m):
+        for j in range(n):
+            B[i, j] = jacobian[rows[i], columns[j]]
+    _orthogonalise_rows(B, U)
+    sigma, w = np.zeros(m), 1.0
+    for i in range(m):
+        for j in range(n):
+            sigma[i] += B[i, j] * B[i, j]
+        sigma[i] = np.sqrt(sigma[i])
+        w *= sigma[i]
+    slope = np.zeros((6, n))  # ∂w/∂J on the columns, Σ (Π_{j≠i} σⱼ) uᵢ vᵢᵀ
+    for i in range(m):
+        others = 1.0
+        for j in range(m):
+            if j != i:
+                others *= sigma[j]
+        if others > 0.0:
+            if sigma[i] == 0.0:
+                _fill_beside(B, sigma, i)
+            size = sigma[i] if sigma[i] > 0.0 else 1.0
+            for r in range(m):
+                for j in range(n):
+                    slope[rows[r], j] += others * U[r, i] * B[i, j] / size
+    _contract_with_hessian(slope, jacobian, columns, column_joint, out)
+    return w
+
+
+@kernel
+def _orthogonalise_rows(B, U):
+    """Rotate the rows of B (m, n) until they are orthogonal, B ← UᵀB: then B = Σ Vᵀ.
+
+    One-sided Jacobi, Hestenes (1958), J. SIAM 6(1): small singular values keep their digits, which
+    they lose in J Jᵀ.
+    """
+    m, n = B.shape
+    for _ in range(30):
+        largest = 0.0
+        for p in range(m - 1):
+            for q in range(p + 1, m):
+                pp = qq = pq = 0.0
+                for j in range(n):
+                    pp += B[p, j] * B[p, j]
+                    qq += B[q, j] * B[q, j]
+                    pq += B[p, j] * B[q, j]
+                if abs(pq) <= 1e-15 * np.sqrt(pp * qq):
+                    continue
+                largest = max(largest, abs(pq) / np.sqrt(pp * qq))
+                zeta = (qq - pp) / (2.0 * pq)
+                t = np.copysign(1.0, zeta) / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
+                c = 1.0 / np.sqrt(1.0 + t * t)
+                s = c * t
+                for j in range(n):
+                    B[p, j], B[q, j] = c * B[p, j] - s * B[q, j], s * B[p, j] + c * B[q, j]
+                for j in range(m):
+                    U[j, p], U[j, q] = c * U[j, p] - s * U[j, q], s * U[j, p] + c * U[j, q]
+        if largest < 1e-12:  # converges quadratically: the rotations just made have finished it
+            return
+
+
+@kernel
+def _fill_beside(B, sigma, empty):
+    """Make the row of B that is zero a unit vector (n,) orthogonal to all others."""
+    n = B.shape[1]
+    v, largest = np.empty(n), 0.0
+    for k in range(n):
+        v[:] = 0.0
+        v[k] = 1.0
+        for i in range(B.shape[0]):
+            if i != empty:
+                share = B[i, k] / (sigma[i] * sigma[i])
+                for j in range(n):
+                    v[j] -= share * B[i, j]
+        squared = 0.0
+        for j in range(n):
+            squared += v[j] * v[j]
+        if squared > largest:
+            largest = squared
+            for j in range(n):
+                B[empty, j] = v[j] / np.sqrt(squared)
+
+
+@kernel
+def _contract_with_hessian(slope, jacobian, columns, column_joint, out):
+    """out_k = Σ slope[r, j] ∂J[r, j]/∂q_k, by the formula of `frame_hessian_into`, never forming it."""
+    for k in columns:
+        vx, vy, vz = jacobian[0, k], jacobian[1, k], jacobian[2, k]
+        wx, wy, wz = jacobian[3, k], jacobian[4, k], jacobian[5, k]
+        total = 0.0
+        for i, j in enumerate(columns):
+            if column_joint[k] <= column_joint[j]:
+                for part in range(0, 6, 3):
+                    x, y, z = jacobian[part, j], jacobian[part + 1, j], jacobian[part + 2, j]
+                    total += slope[part, i] * (wy * z - wz * y)
+                    total += slope[part + 1, i] * (wz * x - wx * z)
+                    total += slope[part + 2, i] * (wx * y - wy * x)
+            else:
+                x, y, z = jacobian[3, j], jacobian[4, j], jacobian[5, j]
+                total += slope[0, i] * (y * vz - z * vy)
+                total += slope[1, i] * (z * vx - x * vz)
+                total += slope[2, i] * (x * vy - y * vx)
+        out[k] = total

@@ -1,0 +1,99 @@
+"""Arms from Denavit–Hartenberg rows."""
+
+# Pinocchio and Coal ship no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from taskopt.arrays import Array, positive
+from taskopt.errors import InvalidValue
+from taskopt.kinematics.collision.coal import add_capsule
+from taskopt.kinematics.pose import checked_pose
+from taskopt.kinematics.robot.parts import Parts
+
+
+@dataclass(frozen=True)
+class DHRow:
+    """A_i = Rz(ϑ) Tz(d) Tx(a) Rx(α), the classic convention (2.52); lengths [m], angles [rad].
+
+    The joint adds its coordinate to ϑ if revolute, to d if prismatic. Limits default to none.
+    """
+
+    a: float
+    alpha: float
+    d: float
+    theta: float
+    joint: Literal["revolute", "prismatic"] = "revolute"
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = np.inf
+
+    def __post_init__(self) -> None:
+        if self.joint not in ("revolute", "prismatic"):
+            raise InvalidValue(f"joint must be 'revolute' or 'prismatic', got {self.joint!r}")
+        if not np.isfinite([self.a, self.alpha, self.d, self.theta]).all():
+            raise InvalidValue(f"a, alpha, d and theta must be finite, got {self}")
+        if not self.lower <= self.upper:
+            raise InvalidValue(f"lower must be ≤ upper, got {self.lower} and {self.upper}")
+        if not self.velocity > 0.0:
+            raise InvalidValue(f"velocity must be > 0, got {self.velocity}; inf is no limit")
+
+    @property
+    def constant(self) -> Array:
+        """A_i (4, 4) at coordinate zero; Rz and Tz commute with either joint, so the joint may come first."""
+        ct, st, ca, sa = np.cos(self.theta), np.sin(self.theta), np.cos(self.alpha), np.sin(self.alpha)
+        return np.array(
+            [
+                [ct, -st * ca, st * sa, self.a * ct],
+                [st, ct * ca, -ct * sa, self.a * st],
+                [0.0, sa, ca, self.d],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+
+
+def build_dh(
+    rows: tuple[DHRow, ...],
+    name: str,
+    base: ArrayLike | None = None,
+    tool: ArrayLike | None = None,
+    radius: float | None = None,
+) -> Parts:
+    """The parts of a chain: tree and one capsule for each straight piece of a link."""
+    if not rows:
+        raise InvalidValue("an arm needs at least one Denavit–Hartenberg row")
+    if radius is None:
+        radius = 0.06 * max([abs(r.a) for r in rows] + [abs(r.d) for r in rows]) or 0.03
+    radius = positive("radius", radius)
+    model, shapes = pin.Model(), pin.GeometryModel()
+    model.name = name
+    joint, placement = 0, np.eye(4) if base is None else checked_pose("base", base)
+    for i, row in enumerate(rows, start=1):
+        joint = _add_joint(model, joint, placement, f"joint{i}", row)
+        placement = row.constant
+        _add_frame(model, f"link{i}", joint, placement)
+        corner = np.array([0.0, 0.0, row.d])
+        pieces = [p for p in ((np.zeros(3), corner), (corner, placement[:3, 3])) if not np.allclose(*p)]
+        for k, (start, stop) in enumerate(pieces or [(corner, corner)]):
+            add_capsule(shapes, f"link{i}_{k}", joint, start, stop, radius)
+    tip = np.eye(4) if tool is None else checked_pose("tool", tool)
+    _add_frame(model, "tip", joint, placement @ tip)
+    return Parts(model, shapes, None, name)
+
+
+def _add_joint(model: Any, parent: int, placement: Array, name: str, row: DHRow) -> int:
+    kind = pin.JointModelRZ() if row.joint == "revolute" else pin.JointModelPZ()
+    limits = (np.array([x]) for x in (np.inf, row.velocity, row.lower, row.upper))
+    joint = model.addJoint(parent, kind, pin.SE3(placement), name, *limits)
+    model.addJointFrame(joint, 0 if parent == 0 else model.getFrameId(model.names[parent]))
+    return joint
+
+
+def _add_frame(model: Any, name: str, joint: int, placement: Array) -> None:
+    parent_frame = model.getFrameId(model.names[joint])
+    model.addFrame(pin.Frame(name, joint, parent_frame, pin.SE3(placement), pin.FrameType.BODY))

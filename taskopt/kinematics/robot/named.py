@@ -1,0 +1,89 @@
+"""Robots by name: every URDF of the package example-robot-data (extra taskopt[robots])."""
+
+import sys
+from collections import Counter
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from taskopt.errors import NotInstalled, UnknownName
+from taskopt.kinematics.robot.parts import Parts
+from taskopt.kinematics.robot.urdf import lazy_parts, named_states, read_tree
+
+# Walkers and flyers whose SRDF does not say so. All others float if a named posture of their SRDF
+# places the root joint, and most of its joints are theirs: TALOS floats, its left arm alone does not.
+_FLOATING = {
+    "alexander_v1.lowerBodyOnly", "borinot_flying_arm_2", "centauro", "g1_29dof_rev_1_0",
+    "g1_29dof_with_hand_rev_1_0", "hextilt_flying_arm_5", "human", "iris", "iris_simple", "laikago",
+    "quadrotor_base", "quadruped", "romeo", "romeo_laas_small", "romeo_small", "simple_humanoid",
+    "simple_humanoid_classical",
+}  # fmt: skip
+
+
+def load_named(name: str, floating: bool | None = None) -> Parts:
+    """The parts of a named robot; raise `UnknownName`, or `NotInstalled` without the extra."""
+    share = _share()
+    if share is None:
+        raise NotInstalled(f"the robot '{name}'", "'taskopt[robots]'")
+    path = _path(name)
+    srdf = _srdf_of(path)
+    float_it = floats(path, srdf) if floating is None else floating
+    parts = lazy_parts(path, [str(share)], float_it, srdf)
+    return Parts(parts.model, parts.geometry, parts.visual, name, parts.postures)
+
+
+def robot_names() -> tuple[str, ...]:
+    """Names that `Robot.load` knows, sorted; none if the extra is not installed."""
+    return tuple(sorted(_files()))
+
+
+def floats(path: Path, srdf: Path | None) -> bool:
+    """Whether a robot gets a floating base unless the caller says otherwise."""
+    if path.stem in _FLOATING:
+        return True
+    rooted = [s for s in (named_states(srdf).values() if srdf else ()) if len(s.get("root_joint", ())) == 7]
+    if not rooted:
+        return False
+    joints = set(read_tree(path, floating=False).names)
+    return any(2 * len(joints & set(state)) > len(state) for state in rooted)
+
+
+def _path(name: str) -> Path:
+    files = _files()
+    if name not in files:
+        twins = [known for known in files if known.endswith(f"/{name}")]
+        raise UnknownName(
+            "robot", name, files, f"({' and '.join(twins)} have that file name)" if twins else ""
+        )
+    return files[name]
+
+
+@cache
+def _share() -> Path | None:
+    """The folder that package:// of the robots starts from: of the wheel, or of an environment."""
+    folders = [Path(sys.prefix) / "share"]
+    with suppress(PackageNotFoundError):
+        folders.insert(0, Path(str(distribution("example-robot-data").locate_file("cmeel.prefix/share"))))
+    return next((f for f in folders if (f / "example-robot-data" / "robots").is_dir()), None)
+
+
+@cache
+def _files() -> dict[str, Path]:
+    """Name → URDF; the file's stem, with the description's folder before it where two share a stem."""
+    share = _share()
+    if share is None:
+        return {}
+    files = [f for f in share.glob("example-robot-data/robots/*/*/*.urdf") if "<link" in f.read_text("utf-8")]
+    count = Counter(f.stem for f in files)
+    return {f.stem if count[f.stem] == 1 else f"{_folder(f)}/{f.stem}": f for f in files}
+
+
+def _folder(path: Path) -> str:
+    return path.parents[1].name.removesuffix("_description")
+
+
+def _srdf_of(path: Path) -> Path | None:
+    """The SRDF of the same stem, else the description's only one."""
+    files = {f.stem: f for f in path.parents[1].glob("srdf/*.srdf")}
+    return files.get(path.stem) or (next(iter(files.values())) if len(files) == 1 else None)

@@ -1,0 +1,59 @@
+"""A norm W that is a full matrix: solve in z = L x with W = LᵀL, where the norm is the identity.
+
+Bounds on single unknowns become hard rows there, and multipliers carry over one to one.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from taskopt.arrays import Array
+from taskopt.hierarchy.layout import Block, Layout
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.resolver.base import Memory, answered, prove_again
+from taskopt.resolver.review import TickReview
+
+
+def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
+    """The same problem in z, its box as hard rows, and L⁻¹ (n, n), so that x = L⁻¹ z."""
+    n = hierarchy.n
+    factor = np.linalg.cholesky(hierarchy.norm_matrix()).T
+    inverse = solve_triangular(factor, np.eye(n))
+    layout = _with_box_as_rows(hierarchy.layout)
+    result = Hierarchy.view(layout, np.zeros(layout.size), np.ones(n))
+    result.A[:] = np.vstack([inverse, hierarchy.A @ inverse])
+    result.lower[:] = np.concatenate([hierarchy.box_lower, hierarchy.lower])
+    result.upper[:] = np.concatenate([hierarchy.box_upper, hierarchy.upper])
+    result.weight[:] = np.concatenate([np.ones(n), hierarchy.weight])
+    result.box_lower[:], result.box_upper[:] = -np.inf, np.inf
+    return result, inverse
+
+
+def resolve_whitened(
+    resolve: Callable[[Hierarchy, Memory], tuple[Resolution, Memory]], hierarchy: Hierarchy, memory: Memory
+) -> tuple[Resolution, Memory]:
+    """Resolve with a resolver that knows diagonal norms only; certified on the declared rows."""
+    n = hierarchy.n
+    problem, inverse = whitened(hierarchy)
+    guess = Memory(np.concatenate([np.zeros(n, dtype=np.int8), memory.state]))
+    answer, after = resolve(problem, guess)
+    x = np.clip(inverse @ answer.x, hierarchy.box_lower, hierarchy.box_upper)
+    state = after.state[n:]
+    claim, kept = answered(hierarchy, x, answer.multipliers[:, n:], state, answer.status, answer.iterations)
+    if claim.claimed and not claim.certified():
+        status = Status.SOLVED if prove_again(hierarchy, claim.answer) else Status.FAILED
+        claim = Resolution(hierarchy, claim.answer, state, status, claim.iterations, TickReview)
+    return claim, kept
+
+
+@lru_cache(maxsize=16)
+def _with_box_as_rows(layout: Layout) -> Layout:
+    n = layout.n
+    box = Block("box", 0, 0, n, layout.unknowns, ("",) * n)
+    moved = tuple(
+        Block(b.name, b.level, b.start + n, b.stop + n, b.row_names, b.row_units) for b in layout.blocks
+    )
+    return Layout(layout.unknowns, (box, *moved), layout.level_count)

@@ -1,0 +1,85 @@
+"""Robots of four kinds, generic places to put them, and the derivative of a task's error as an oracle."""
+
+from functools import cache
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.pose import exp6
+from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.target import Function
+from taskopt.kinematics.task import BoundTask, Task
+
+# A frame of each: planar; seven joints; continuous wheels; floating base.
+FRAMES = {
+    "planar": "tip",
+    "panda": "panda_hand",
+    "tiago": "arm_tool_link",
+    "talos_reduced": "gripper_left_base_link",
+}
+FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
+
+
+@cache
+def robot(name: str) -> Robot:
+    """A robot of the table by name."""
+    if name == "planar":
+        return planar_arm(lower=-3.0, upper=3.0, velocity=2.0)
+    return Robot.load(name, lock=FINGERS if name == "panda" else ())
+
+
+def generic_q(of: Robot, seed: int, spread: float = 0.3) -> Array:
+    """A posture near the middle, generic in every coordinate of the manifold."""
+    v = np.random.default_rng(seed).normal(size=of.nv)
+    return of.integrate(of.posture("middle"), spread * v, 1.0)
+
+
+def tumbling(pose: Array, seed: int, speed: float = 1.0) -> Function:
+    """A screw motion about a generic axis near `pose`, with its exact twist in world axes."""
+    rng = np.random.default_rng(seed)
+    near, twist = pose @ exp6(0.5 * rng.normal(size=6)), speed * rng.normal(size=6)
+
+    def rate(t: float) -> Array:
+        R = (near @ exp6(t * twist))[:3, :3]
+        return np.concatenate([R @ twist[:3], R @ twist[3:]])
+
+    return Function(lambda t: near @ exp6(t * twist), rate)
+
+
+def fresh_rows(task: BoundTask, nv: int) -> LevelRows:
+    """Rows as a plan hands them over, prepared."""
+    m = len(task.row_names)
+    rows = LevelRows(np.zeros((m, nv)), np.zeros(m), np.zeros(m), np.ones(m))
+    task.prepare(rows)
+    return rows
+
+
+def bound(task: Task, at: Configuration, t: float = 0.0) -> tuple[BoundTask, LevelRows]:
+    """The task bound to the robot and started there, and rows that have been filled once."""
+    ready = task.bind(at.robot, "task")
+    ready.start(at, t)
+    rows = fresh_rows(ready, at.robot.nv)
+    ready.fill(at, t, rows)
+    return ready, rows
+
+
+def derivative_mismatch(task: Task, of: Robot, seed: int, t: float = 0.3, h: float = 1e-5) -> float:
+    """max |ė − (ẋ_d − A v)| with ė by central differences along a generic v, on the manifold.
+
+    ẋ_d = b − K e is what the task adds for its moving target; a right task has no mismatch but the
+    truncation of the differences.
+    """
+    q, v = generic_q(of, seed), np.random.default_rng(seed + 1).normal(size=of.nv)
+    start = Configuration(of, generic_q(of, seed + 2))
+    ready, rows = bound(task, start)
+
+    def error(s: float) -> Array:
+        ready.fill(Configuration(of, of.integrate(q, v, s)), t + s, rows)
+        return ready.error.copy()
+
+    numeric = (error(h) - error(-h)) / (2.0 * h)
+    ready.fill(Configuration(of, q), t, rows)
+    feedforward = rows.lower - ready.gain * ready.error
+    return float(np.abs(numeric - (feedforward - rows.A @ v)).max())

@@ -1,0 +1,80 @@
+"""Chatter: counted by name, with the cause that was planted, and silence where there is none."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from taskopt import Hierarchy, JointTask, JointVelocityLimit, Level, PositionTask, Scenario, Stack
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.alternation import ADVICE, chatter
+from taskopt.hierarchy.damping import ConstantDamping
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.task import LevelDamping
+from taskopt.loop.run import run
+from taskopt.resolver.active_set.resolver import ActiveSet
+
+DT = 1e-2
+
+
+def ticks_of(cause: str) -> Iterator[Hierarchy]:
+    """A hundred ticks whose box binds every other time, for one reason."""
+    for k in range(100):
+        side = 1.0 if k % 2 else -1.0
+        A, b, upper = np.eye(2), np.ones(2), np.full(2, 2.0)
+        if cause == "tolerance":
+            upper[0] = 1.0 + side * 5e-9
+        elif cause == "gain":
+            b[0] = 5.0 * side
+        elif cause == "rank":
+            A, b[1] = np.array([[1.0, 1.0], [1.0, 1.0 + 1e-3]]), 1.0 + 1.4e-3 * (2.0 + side)
+        elif cause == "dt":
+            upper[0] = 1.0 + 0.5 * side
+        yield Hierarchy([Level(A, b)], box=([-9.0, -9.0], upper), unknowns=["hip", "knee"])
+
+
+def resolved(cause: str) -> list[Resolution]:
+    return [ActiveSet()(hierarchy)[0] for hierarchy in ticks_of(cause)]
+
+
+@pytest.mark.parametrize("cause", ADVICE)
+def test_the_planted_cause_is_suggested(cause: str) -> None:
+    """The limit is named, every change is counted, and the words say what to do."""
+    most = chatter(resolved(cause), DT)[0]
+    assert most.cause == cause
+    assert most.name.startswith("box/")
+    assert most.changes == 99
+    assert most.per_second == pytest.approx(99.0)
+    assert ADVICE[cause] in str(most)
+
+
+def test_what_binds_and_stays_does_not_chatter() -> None:
+    """A limit that binds once, and one that is never met, are not reported."""
+    quiet = [Hierarchy([Level([[1.0]], [2.0 if k > 50 else 0.0])], box=([-1.0], [1.0])) for k in range(100)]
+    assert chatter([ActiveSet()(hierarchy)[0] for hierarchy in quiet], DT) == ()
+    assert chatter([], DT) == ()
+    with pytest.raises(InvalidValue, match="dt"):
+        chatter([], 0.0)
+
+
+@pytest.mark.parametrize("gain", [2.0, 20.0])
+def test_a_target_out_of_reach_is_the_rank_and_damping_it_helps_where_a_lower_gain_does_not(gain: float):
+    """A stretched arm flips its joints from tick to tick, whatever the gain, until its level is damped."""
+    arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
+    far = PositionTask("tip", reference=(1.8, 1.2, 0.0), gain=gain, axes="xy")
+    found = []
+    for level in ([far], [far, LevelDamping(ConstantDamping(0.3))]):
+        stack = Stack([level, [JointTask()]], [JointVelocityLimit()])
+        scenario = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.8, dt=2e-3)
+        found.append(chatter((step.resolution for step in run(scenario, ActiveSet())), 2e-3))
+    assert {row.cause for row in found[0]} == {"rank"}
+    assert found[0][0].per_second > 300.0
+    assert found[1] == ()
+
+
+def test_a_run_that_meets_its_limits_once_does_not_chatter() -> None:
+    """A joint that runs at its velocity limit and then arrives."""
+    stack = Stack([[JointTask([0.5, 0.5], gain=0.5 / DT)]], [JointVelocityLimit(velocity=0.5)])
+    scenario = Scenario(robot=planar_arm([0.5, 0.5]), q0=[0.4, 0.2], stack=stack, duration=1.0, dt=DT)
+    assert chatter((step.resolution for step in run(scenario, ActiveSet())), DT) == ()

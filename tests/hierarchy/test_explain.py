@@ -1,0 +1,48 @@
+"""A resolution reads as plain sentences with names, numbers and units."""
+
+import numpy as np
+
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.resolver.closed_form_resolvers import PseudoInverse
+from taskopt.resolver.hqp import HierarchicalQP
+
+
+def stack(limit: float) -> Hierarchy:
+    """A hand that wants 2 within ±limit, above a posture."""
+    return Hierarchy(
+        [Level([[1.0, 0.0]], [2.0], name="hand", weight=3.0), Level(np.eye(2), [0.0, 0.5], name="posture")],
+        box=([-limit, -9.0], [limit, 9.0]),
+        unknowns=("elbow", "wrist"),
+    )
+
+
+def test_what_is_held_back_is_told_with_its_price() -> None:
+    """The hand lacks 0.5; one unit of the elbow would lower ½·3·0.5² by 1.5 to begin with."""
+    text = HierarchicalQP("daqp")(stack(1.5))[0].explain()
+    assert "Level 1, hand: its row not met, most of all row 0, by 0.5." in text
+    assert "box/elbow upper: the cost of level 1 would fall by 1.5 per unit" in text
+    assert "proven" in text
+
+
+def test_what_is_met_is_told() -> None:
+    """Nothing binds: the hand is met, and no limit is to blame for the posture."""
+    text = HierarchicalQP("daqp")(stack(5.0))[0].explain()
+    assert "Level 1, hand: met." in text
+    assert "Level 2, posture: 1 of 2 rows not met, most of all row 0, by 2." in text
+    assert "No limit and no inequality holds it back." in text
+
+
+def test_a_closed_form_admits_the_limits_it_breaks() -> None:
+    """By name and amount."""
+    text = PseudoInverse()(stack(1.5))[0].explain()
+    assert "Limit broken: box/elbow, by 0.5." in text
+    assert "it is not the optimum inside the limits" in text
+
+
+def test_no_answer_says_what_to_do() -> None:
+    """Contradicting limits: no figures of an x that is not there."""
+    hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), limits=Level([[1.0]], lower=[2.0]))
+    text = HierarchicalQP("daqp")(hierarchy)[0].explain()
+    assert "the hard limits contradict each other" in text
+    assert "What to do: " in text
+    assert "nan" not in text

@@ -1,0 +1,89 @@
+"""Anybody's x can be certified, and is refused where it is wrong."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.certificate import TOLERANCE, certify
+from taskopt.hierarchy.multipliers import NEAR, certify_velocity, find_multipliers
+from taskopt.hierarchy.problem import Hierarchy, Level
+from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@given(SEEDS)
+def test_the_exact_optimum_is_proven_from_x_alone(seed: int) -> None:
+    """Multipliers exist at a lexicographic optimum, and are found."""
+    hierarchy = random_hierarchy(seed)
+    assert certify_velocity(hierarchy, lexicographic_optimum(hierarchy)).worst < 1e-11
+
+
+@given(SEEDS)
+def test_no_multipliers_can_be_found_for_a_wrong_x(seed: int) -> None:
+    """1e-4 away from the optimum there is no proof to be had."""
+    hierarchy = random_hierarchy(seed)
+    away = 1e-4 * np.random.default_rng(seed).normal(size=hierarchy.n)
+    assert not certify_velocity(hierarchy, lexicographic_optimum(hierarchy) + away).proves()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_flipped_price_of_a_limit_is_refused(kind: str) -> None:
+    """Turning the sign of what a bound costs breaks stationarity or sign, at its level."""
+    flipped = 0
+    for seed in range(40):
+        hierarchy = random_hierarchy(seed, kind)
+        x = lexicographic_optimum(hierarchy)
+        y = find_multipliers(hierarchy, x)
+        level, column = np.unravel_index(np.argmax(np.abs(y)), y.shape)
+        if abs(y[level, column]) > 1e-3:
+            y[level, column] *= -1.0
+            flipped += 1
+            assert not certify(hierarchy, x, y).proves()
+    assert flipped > 10
+
+
+def test_the_price_is_the_derivative_of_the_cost() -> None:
+    """Moving the bound that x ≤ 1 sets by 1e-6 changes the cost of level 1 by −y."""
+    costs = []
+    for limit in (1.0, 1.0 + 1e-6):
+        hierarchy = Hierarchy([Level([[2.0]], [6.0], weight=3.0)], box=([-5.0], [limit]))
+        costs.append(hierarchy.levels[0].cost(np.array([limit])))
+    hierarchy = Hierarchy([Level([[2.0]], [6.0], weight=3.0)], box=([-5.0], [1.0]))
+    price = find_multipliers(hierarchy, np.array([1.0]))[0, 0]
+    assert price == pytest.approx(-(costs[1] - costs[0]) / 1e-6, rel=1e-5)
+
+
+def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
+    """Dependent to 1e-13, they could fit any gradient with prices of 1e13: those of a wrong x stay small."""
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        row = rng.normal(size=4)
+        pair = [Level([row], [1.0]), Level([row + 1e-13 * rng.normal(size=4)], [1.0])]
+        hierarchy = Hierarchy([*pair, Level(np.eye(4), rng.normal(size=4))])
+        x = row / (row @ row)
+        lie = x + 0.1 * np.linalg.svd([row])[2][-1]
+        assert np.abs(find_multipliers(hierarchy, lie)).max() < 1e3
+        assert not certify_velocity(hierarchy, lie).proves()
+
+
+def test_only_the_bound_that_is_met_has_a_price() -> None:
+    """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the price, and the certificate refuses it there."""
+    assert NEAR <= TOLERANCE
+    near = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [0.5 + 5e-8]), limits=Level([[1.0]], upper=[0.5]))
+    y = find_multipliers(near, np.array([0.5]))
+    np.testing.assert_allclose(y[0, :2], [0.0, 1.5], atol=1e-12)
+    assert certify_velocity(near, [0.5]).proves()
+    y[:, [0, 1]] = y[:, [1, 0]]
+    assert not certify(near, np.array([0.5]), y).proves()
+
+
+def test_arrays_that_are_no_velocity_are_refused() -> None:
+    """A wrong size and NaN, each by name."""
+    hierarchy = Hierarchy([Level([[1.0, 0.0]], [1.0])])
+    with pytest.raises(InvalidValue, match="x must have shape 2, got 3"):
+        certify_velocity(hierarchy, np.zeros(3))
+    with pytest.raises(InvalidValue, match="x has NaN"):
+        certify_velocity(hierarchy, [np.nan, 0.0])

@@ -1,0 +1,95 @@
+"""Prices: what a limit costs is what moving it changes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from taskopt import Hierarchy, Level
+from taskopt.hierarchy.resolution import Active, Resolution
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.registry import resolver
+from tests.helpers.oracles import random_hierarchy
+
+STEP = 1e-5
+
+
+def bound_of(hierarchy: Hierarchy, row: Active) -> tuple[np.ndarray, int]:
+    """The array and the index at which the bound of an active row stands."""
+    names = list(hierarchy.layout.row_names)
+    if row.name in names:
+        return (hierarchy.upper if row.side == "upper" else hierarchy.lower), names.index(row.name)
+    box = hierarchy.box_upper if row.side == "upper" else hierarchy.box_lower
+    return box, hierarchy.layout.unknowns.index(row.name.split("/")[1])
+
+
+def slopes(hierarchy: Hierarchy, row: Active) -> list[float]:
+    """∂(½ Σ w d²)/∂bound of the level at which a row has its price, to the left and to the right.
+
+    Nothing where another row takes its place: two that tie share one price, and only their sum is unique.
+    """
+    costs, states = [], set()
+    for step in (-STEP, 0.0, STEP):
+        moved = hierarchy.copy()
+        bounds, at = bound_of(moved, row)
+        bounds[at] += step
+        resolution = ActiveSet()(moved)[0]
+        x = resolution.x
+        states.add(resolution.state.tobytes())
+        costs.append(moved.levels[row.level - 1].cost(x))
+    if len(states) > 1:
+        return []
+    return [(costs[1] - costs[0]) / STEP, (costs[2] - costs[1]) / STEP]
+
+
+def first_prices(resolution: Resolution) -> list[Active]:
+    """Prices of rows at the first level that they cost anything, the norm left out."""
+    count = resolution.problem.layout.level_count
+    return [row for row in resolution.active if row.level <= count and abs(row.multiplier) > 1e-6]
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_moving_a_limit_changes_the_cost_by_its_price(seed):
+    """∂(½ Σ w d²)/∂bound = −multiplier at the level where it binds, by actually moving the bound."""
+    hierarchy = random_hierarchy(seed)
+    resolution = ActiveSet()(hierarchy)[0]
+    for row in first_prices(resolution):
+        sides = slopes(hierarchy, row)
+        if not sides:
+            continue
+        left, right = sides
+        low, high = min(sides), max(sides)
+        slack = 20.0 * STEP * max(1.0, abs(row.multiplier), abs(left), abs(right))
+        assert low - slack <= -row.multiplier <= high + slack, (row, left, right)
+
+
+def test_a_price_of_the_wrong_sign_is_caught():
+    """The check above tells y from −y: x ≤ 1 keeps x = 3 from being met, at the price 2."""
+    hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-1.0], [1.0]))
+    (row,) = first_prices(ActiveSet()(hierarchy)[0])
+    assert row.multiplier == pytest.approx(2.0)
+    assert slopes(hierarchy, row) == pytest.approx([-2.0, -2.0], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "hqp/clarabel"])
+def test_every_limit_has_its_price_at_the_first_level_that_it_binds(name):
+    """x + y ≤ 1 is met at no price, x ≤ 1.5 costs x = 2 half a unit, and then x + y ≤ 1 costs y = 3."""
+    levels = [
+        Level([[1.0, 1.0]], upper=[1.0], name="keep"),
+        Level([[1.0, 0.0]], [2.0]),
+        Level([[0.0, 1.0]], [3.0]),
+    ]
+    hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.5, 9.0]), unknowns=["x", "y"])
+    resolution = resolver(name)(hierarchy)[0]
+    first = {row.name: (row.level, row.multiplier) for row in reversed(resolution.prices)}
+    assert first["box/x"] == (2, pytest.approx(0.5))
+    assert first["keep/row 0"] == (3, pytest.approx(3.5))
+    assert [row.level for row in resolution.prices] == sorted(row.level for row in resolution.prices)
+
+
+def test_a_limit_that_binds_at_two_levels_has_a_price_at_each():
+    """x ≤ 1 keeps both 2 x = 4 and then y − x = −3 from being met."""
+    levels = [Level([[2.0, 0.0]], [4.0]), Level([[-1.0, 1.0], [0.0, 1.0]], [-3.0, 0.0])]
+    hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.0, 9.0]), unknowns=["x", "y"])
+    prices = ActiveSet()(hierarchy)[0].prices
+    assert [(row.name, row.level, row.multiplier) for row in prices] == [("box/x", 1, 4.0), ("box/x", 2, 1.0)]

@@ -1,0 +1,93 @@
+"""Rank is decided in one place, with hysteresis, and is reported."""
+
+import numpy as np
+import pytest
+
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.rank import LOST, RankRule
+from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.base import Memory
+from taskopt.resolver.closed_form_resolvers import PseudoInverse
+from taskopt.resolver.hqp import HierarchicalQP
+from tests.helpers.spectrum import with_singular_values
+
+RULE = RankRule(lost=1e-3, regained=2e-3)
+SIGMA = np.array([1.0, 0.9, 0.8, 0.7, 0.6])
+
+
+def hand(smallest: float) -> Hierarchy:
+    """Six rows, the last direction as weak as given; rows are of unit size."""
+    J = with_singular_values(3, np.append(SIGMA, smallest))
+    return Hierarchy([Level(J, np.ones(6), name="hand"), Level(np.eye(7), np.zeros(7))])
+
+
+def scale() -> float:
+    """The size that thresholds are relative to: the largest row norm, at least the weight's root."""
+    return max(1.0, float(np.linalg.norm(hand(0.0).levels[0].A, axis=1).max()))
+
+
+@pytest.mark.parametrize("resolver", [PseudoInverse(RULE), HierarchicalQP("daqp", rule=RULE)])
+def test_between_the_thresholds_the_rank_stays_what_it_was(resolver: PseudoInverse | HierarchicalQP) -> None:
+    """Down through 2e-3 to below 1e-3 and up again: lost at the lower threshold, back at the upper one."""
+    memory, ranks = None, []
+    for factor in (4.0, 1.5, 0.5, 1.5, 2.5, 1.5):
+        _, memory = resolver(hand(1e-3 * factor * scale()), memory)
+        ranks.append(memory.ranks[1])
+    assert ranks == [6, 6, 5, 5, 6, 6]
+
+
+def test_a_tick_resolved_again_from_its_memory_decides_the_same() -> None:
+    """The rank is in the memory, a plain value, so that a replay is exact."""
+    between = hand(1.5e-3 * scale())
+    resolver = PseudoInverse(RULE)
+    lost = Memory(np.zeros(20, dtype=np.int8), (0, 5, 2))
+    cold, warm = resolver(between)[0], resolver(between, lost)[0]
+    assert np.abs(cold.x).max() > 10.0 * np.abs(warm.x).max()
+    np.testing.assert_array_equal(resolver(between, lost)[0].x, warm.x)
+
+
+def test_a_rank_that_was_decided_otherwise_is_a_cause() -> None:
+    """Apart from the closed form, which keeps the direction: by rank, and not by a limit or the solver."""
+    resolution, _ = PseudoInverse(RULE)(hand(5e-4))
+    assert resolution.review is not None
+    assert next(map(str, resolution.review.causes)) == "rank of level 1, 5 of 6 directions"
+
+
+@pytest.mark.parametrize("resolver", [PseudoInverse(), HierarchicalQP("daqp")])
+def test_lost_rank_is_told_whoever_resolves(resolver: PseudoInverse | HierarchicalQP) -> None:
+    """The account has the rows, the directions that were open, the rank, and the evidence on both sides."""
+    resolution, _ = resolver(hand(0.0))
+    assert resolution.review is not None
+    account = resolution.review.levels[1]
+    assert (account.rows, account.free, account.rank, account.lost) == (6, 7, 5, 1)
+    assert account.kept == pytest.approx(0.6 / scale())
+    assert account.dropped < 1e-14
+    assert "Level 1: rank lost, 5 of 6 directions are decided." in resolution.explain()
+
+
+def test_without_memory_the_lower_threshold_decides() -> None:
+    """At σ on either side of lost · scale."""
+    sigma = np.array([1.0, 3.0e-3, 1.5e-3, 0.5e-3])
+    assert RULE.rank(sigma, 1.0) == 3
+    assert RULE.rank(sigma, 1.0, before=2) == 2
+    assert RULE.rank(sigma, 1.0, before=4) == 3
+    assert RULE.rank(sigma, 1.0, before=0) == 2
+    assert RULE.rank(sigma, 10.0) == 1
+    assert RULE.rank(np.empty(0), 1.0) == 0
+
+
+def test_the_compiled_core_goes_by_the_same_number() -> None:
+    """A row with less than `LOST` left beside another is dependent, with more it is not, to both alike."""
+    for left, counts in ((0.5 * LOST, False), (2.0 * LOST, True)):
+        hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.0]), Level([[1.0, left]], [left])])
+        compiled = ActiveSet(shortcut=False)(hierarchy)[0].x
+        np.testing.assert_allclose(compiled, [0.0, float(counts)], atol=1e-6)
+        np.testing.assert_allclose(PseudoInverse()(hierarchy)[0].x, compiled, atol=1e-6)
+
+
+@pytest.mark.parametrize(("lost", "regained"), [(0.0, 1e-3), (1e-3, 1e-4), (1e-3, 1.0), (np.nan, 1e-3)])
+def test_thresholds_must_be_in_order(lost: float, regained: float) -> None:
+    """0 < lost ≤ regained < 1."""
+    with pytest.raises(InvalidValue, match="lost ≤ regained"):
+        RankRule(lost, regained)

@@ -1,0 +1,136 @@
+"""The 3D scene: robots where their kinematics says, apart from each other, paths and ellipsoids exact."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.pose import exp3
+from taskopt.kinematics.robot import Robot
+from taskopt.record.viewer.place import Place
+from taskopt.record.viewer.robot3d import RobotDrawing, _triangles
+from taskopt.record.viewer.scene import Scene, _quaternion
+from tests.helpers.rrd import entities, rows_of
+
+WORLD = "/world/active-set"
+
+
+def turned(quaternion):
+    """(3, 3) of a unit quaternion xyzw."""
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3), st.booleans())
+def test_the_axes_of_an_ellipsoid_survive_as_a_quaternion(omega, mirrored):
+    """R diag(s²) Rᵀ is the same from the quaternion, for proper rotations and for mirrored axes."""
+    R = exp3(np.array(omega))
+    axes = R * [1.0, 1.0, -1.0] if mirrored else R
+    shape = np.diag([4.0, 2.0, 1.0])
+    quaternion = _quaternion(axes)
+    assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=1e-12)
+    Q = turned(quaternion)
+    np.testing.assert_allclose(Q @ shape @ Q.T, axes @ shape @ axes.T, atol=1e-9)
+
+
+def test_the_ellipsoid_is_the_velocity_ellipsoid(folder, steps, info):
+    """Half-axes are proportional to the singular values of the positional Jacobian, centred on the frame."""
+    rows = rows_of(folder / "run.rrd", f"{WORLD}/ellipsoid")
+    scales = []
+    for tick, half, centre in zip(rows["tick"], rows["half_sizes"], rows["centers"], strict=True):
+        at = Configuration(info.scenario.robot, steps["active-set"][tick].q)
+        sigma = np.linalg.svd(at.jacobian("tip")[:3], compute_uv=False)
+        scales.append(half[0][0] / sigma[0])
+        assert half[0][1] == pytest.approx(scales[0] * sigma[1], rel=1e-5)
+        np.testing.assert_allclose(centre[0], at.pose("tip")[:3, 3], atol=1e-6)
+    np.testing.assert_allclose(scales, scales[0], rtol=1e-5)
+
+
+def test_links_are_drawn_where_the_kinematics_puts_them(folder, steps, info):
+    """The pose of each joint in the recording is the configuration's, at 100 Hz."""
+    robot = info.scenario.robot
+    names = [name for name in robot.joints if f"{WORLD}/robot/{name}" in entities(folder / "run.rrd")]
+    assert names
+    for name in names:
+        rows = rows_of(folder / "run.rrd", f"{WORLD}/robot/{name}")
+        moving = [k for k, tick in enumerate(rows["tick"]) if tick > 0]
+        for k in moving:
+            at = Configuration(robot, steps["active-set"][rows["tick"][k]].q)
+            pose = at.joint_poses()[robot.joint_id(name)]
+            np.testing.assert_allclose(rows["translation"][k][0], pose[:3, 3], atol=1e-6)
+            np.testing.assert_allclose(np.reshape(rows["mat3x3"][k][0], (3, 3)).T, pose[:3, :3], atol=1e-6)
+        gaps = np.diff([rows["sim_time"][k] for k in moving])
+        assert set(gaps) == {10_000_000}
+
+
+def test_the_trail_is_one_unbroken_path_of_the_frame(folder, steps):
+    """Each segment begins where the one before it ended, and ends where the frame is."""
+    rows = rows_of(folder / "run.rrd", f"{WORLD}/task/tip\\ position/actual")
+    segments = [np.array(strip[0]) for strip in rows["strips"]]
+    for before, after in pairwise(segments):
+        np.testing.assert_array_equal(before[1], after[0])
+    for tick, segment in zip(rows["tick"], segments, strict=True):
+        actual = steps["active-set"][tick].actuals["tip position"][:3, 3]
+        np.testing.assert_allclose(segment[1], actual, atol=1e-6)
+
+
+def test_the_desired_path_is_the_circle(info):
+    """Known before the run: all its points are 0.2 m from one centre."""
+    path = Scene(info)._desired["tip position"][:, :2]
+    rows = np.c_[2 * path, np.ones(len(path))]
+    centre = np.linalg.lstsq(rows, (path**2).sum(axis=1), rcond=None)[0][:2]
+    np.testing.assert_allclose(np.linalg.norm(path - centre, axis=1), 0.2, atol=1e-9)
+
+
+@given(
+    count=st.integers(1, 9),
+    span=st.tuples(*[st.floats(0.2, 3.0)] * 3),
+    flat=st.booleans(),
+)
+def test_no_two_robots_share_their_room(count, span, flat):
+    """The boxes of any two places are apart."""
+    size = np.array(span)
+    place = Place(-0.5 * size, 0.5 * size, flat, count if count <= 3 else -(-count // 2))
+    offsets = [place.offset(i) for i in range(count)]
+    for i in range(count):
+        for j in range(i):
+            assert (np.abs(offsets[i] - offsets[j])[:2] >= size[:2]).any()
+
+
+def test_a_mesh_becomes_triangles_with_unit_normals():
+    """Of the Panda's hand: every index is a vertex, every used vertex has a normal of length 1, outward."""
+    robot = Robot.load("panda")
+    form = next(s.geometry for s in robot.visual.geometryObjects if "hand" in s.name)
+    vertices, triangles, normals = _triangles(form)
+    assert triangles.min() >= 0
+    assert triangles.max() < len(vertices)
+    used = np.unique(triangles)
+    np.testing.assert_allclose(np.linalg.norm(normals[used], axis=1), 1.0, atol=1e-9)
+    outward = ((vertices - vertices.mean(axis=0)) * normals).sum(axis=1)
+    assert (outward[used] > 0).mean() > 0.6
+
+
+@pytest.mark.slow
+def test_every_robot_shape_has_a_drawing():
+    """Capsules, meshes, boxes, cylinders and spheres all become something that can be seen."""
+    drawn: list[str] = []
+
+    class Paper:
+        def static(self, path, *archetypes):
+            drawn.append(path)
+
+    for name in ("panda", "tiago"):
+        robot = Robot.load(name)
+        for colour in (None, 0x5AA9FFFF):
+            drawn.clear()
+            RobotDrawing(robot).draw(Paper(), "/robot", colour)
+            assert len(set(drawn)) == len(robot.visual.geometryObjects)
