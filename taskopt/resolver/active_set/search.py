@@ -110,7 +110,8 @@ def _settle(S, scale, size, low, high, box_low, box_high, offsets, state, x, y):
         if (state[n + i] == 0 or i < offsets[1]) and not low[i] - slack <= ahead[i] <= high[i] + slack:
             return
     copy_into(x, goal)
-    y[:, :] = prices
+    for k in range(y.shape[0]):
+        copy_into(y[k], prices[k])
 
 
 @kernel_apart
@@ -139,7 +140,8 @@ def _walk(
         alpha, entering, side = _block(low, high, box_low, box_high, size, state, x, goal, value, ahead)
         if _moves(x, goal, alpha, moved):
             left[:] = False
-            held[:] = leaves > OFTEN
+            for j in range(held.size):
+                held[j] = leaves[j] > OFTEN
         if entering >= 0:
             held[entering] = left[entering] or leaves[entering] > OFTEN
             for j in range(n):
