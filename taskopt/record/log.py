@@ -11,7 +11,7 @@ from taskopt.record.reading import LOGS, RECORDING
 from taskopt.record.recorder import Gatherer, RunInfo
 from taskopt.record.table import FILE as TABLE
 from taskopt.record.table import TableSink
-from taskopt.record.viewer.stream import StreamSink
+from taskopt.record.viewer.sink import StreamSink
 
 
 class Log(Gatherer):

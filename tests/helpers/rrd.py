@@ -9,7 +9,7 @@ import numpy as np
 
 from taskopt.loop.run import Step
 from taskopt.record.recorder import Gatherer, RunInfo
-from taskopt.record.viewer.stream import StreamSink
+from taskopt.record.viewer.sink import StreamSink
 
 
 def batches(file: Path, path: str = "/**") -> Iterator[Any]:

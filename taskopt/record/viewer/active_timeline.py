@@ -6,10 +6,10 @@ import numpy as np
 
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.glyphs import drawable
+from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.palette import BROKEN, FREE, LOWER, UPPER, colours, plain
 from taskopt.record.viewer.plots import limit_rows, of, pair_rows
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 from taskopt.record.violation import LimitGauge
 
 EVENTS = "/run/events"

@@ -5,8 +5,8 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.glyphs import drawable
-from taskopt.record.viewer.obstacle3d import declared_obstacles, draw_obstacles
+from taskopt.record.viewer.drawable_text import drawable
+from taskopt.record.viewer.obstacles import declared_obstacles, draw_obstacles
 from taskopt.record.viewer.palette import (
     BROKEN,
     HELD_LABEL,
@@ -19,9 +19,9 @@ from taskopt.record.viewer.palette import (
     resolver_colour,
     slug,
 )
-from taskopt.record.viewer.place import Place
+from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.plots import of
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 
 PLOT = 0.01  # [s] between two points of a plot
 DETAIL = 0.04  # [s] between two drawings of the witness points

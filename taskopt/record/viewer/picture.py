@@ -11,7 +11,7 @@ from typing import Any
 
 from taskopt.errors import BadLog, InvalidValue, MissingFile, TaskoptError
 from taskopt.record.viewer.open import viewer_program
-from taskopt.record.viewer.stage import TIME
+from taskopt.record.viewer.writer import TIME
 
 SIZE = "1920x1080"
 _PATIENCE = 60.0  # [s] for everything together

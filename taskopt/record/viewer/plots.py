@@ -9,7 +9,7 @@ from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.glyphs import drawable
+from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.palette import (
     LIMIT_LINE,
     colours,
@@ -19,7 +19,7 @@ from taskopt.record.viewer.palette import (
     short,
     slug,
 )
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 from taskopt.record.violation import LimitGauge
 
 OBJECTIVE = 0.01  # [s] between two values of an objective

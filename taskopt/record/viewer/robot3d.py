@@ -9,7 +9,7 @@ from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.record.viewer.palette import part, tint
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 
 _FILES = {
     ".dae": "model/vnd.collada+xml",

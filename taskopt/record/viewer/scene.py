@@ -9,13 +9,13 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import log3
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.obstacle3d import corners, declared_obstacles
+from taskopt.record.viewer.obstacles import corners, declared_obstacles
 from taskopt.record.viewer.palette import ELLIPSOID, ERROR, TARGET, colours, part, resolver_colour, slug
-from taskopt.record.viewer.place import place_for
+from taskopt.record.viewer.arrangement import place_for
 from taskopt.record.viewer.plots import rows_in
-from taskopt.record.viewer.region3d import Regions
+from taskopt.record.viewer.regions import Regions
 from taskopt.record.viewer.robot3d import RobotDrawing
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 
 MOTION = 0.01  # [s] between two poses of the robot
 DETAIL = 0.04  # [s] between two segments of a path, two ellipsoids

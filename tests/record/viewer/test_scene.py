@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.robot import Robot
-from taskopt.record.viewer.place import Place
+from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.robot3d import RobotDrawing, _triangles
 from taskopt.record.viewer.scene import Scene, _quaternion
 from tests.helpers.rrd import entities, rows_of

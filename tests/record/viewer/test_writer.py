@@ -13,7 +13,7 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.record.viewer.open import listens, viewer_program
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 from tests.helpers.rrd import rows_of
 
 TICKS = 60
@@ -92,7 +92,7 @@ def test_a_viewer_that_goes_away_does_not_stop_a_run(tmp_path, blow):
             time.sleep(0.1)
         file = tmp_path / "run.rrd"
         code = (
-            "import os; from tests.record.viewer.test_stage import recorded; from pathlib import Path\n"
+            "import os; from tests.record.viewer.test_writer import recorded; from pathlib import Path\n"
             f"print(recorded(Path({str(file)!r}), 'rerun+http://127.0.0.1:{free}/proxy',"
             f" lambda k: os.kill({viewer.pid}, {int(blow)}) if k == 20 else None))"
         )

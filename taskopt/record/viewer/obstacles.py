@@ -11,10 +11,10 @@ from taskopt.kinematics.collision.coal import obstacle_object
 from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.record.recorder import RunInfo
 from taskopt.record.viewer.palette import OBSTACLE, part
-from taskopt.record.viewer.place import Place
+from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.plots import objective_terms
 from taskopt.record.viewer.robot3d import archetype
-from taskopt.record.viewer.stage import Stage
+from taskopt.record.viewer.writer import Stage
 
 _THICKNESS = 0.002  # of a half-space, as a share of the scene
 

@@ -14,8 +14,8 @@ from taskopt.kinematics.task import During
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
 from taskopt.record.batch import Batch
-from taskopt.record.continuity import Continuity
-from taskopt.record.summary import Card
+from taskopt.record.summary import Continuity
+from taskopt.record.viewer.summary_panel import Card
 from taskopt.report import show, terminal
 from taskopt.resolver.active_set.resolver import ActiveSet
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from taskopt.loop.scenario import load_scenario
-from taskopt.record.viewer.glyphs import drawable
+from taskopt.record.viewer.drawable_text import drawable
 
 
 @pytest.mark.parametrize(
