@@ -1,73 +1,294 @@
 """Redundancy resolution of robots by optimisation: strict task stacks, certified and recorded.
 
-The names below are imported when they are first asked for, so that `taskopt --help` does not wait for
-Pinocchio and Numba, nor a hierarchy of plain arrays for any robot.
+Every name that a user needs is here. Each is imported when it is first asked for, so that `taskopt --help`
+does not wait for Pinocchio and Numba, and a hierarchy of plain arrays does not wait for a robot.
 """
 
+import sys
+from difflib import get_close_matches
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from taskopt.arrays import Array as Array
+    from taskopt.compare import Comparison as Comparison
+    from taskopt.errors import BadLog as BadLog
+    from taskopt.errors import Infeasible as Infeasible
+    from taskopt.errors import InvalidValue as InvalidValue
+    from taskopt.errors import MissingFile as MissingFile
+    from taskopt.errors import NotInstalled as NotInstalled
+    from taskopt.errors import NotSolved as NotSolved
     from taskopt.errors import TaskoptError as TaskoptError
+    from taskopt.errors import UnknownName as UnknownName
+    from taskopt.hierarchy.alternation import Chatter as Chatter
+    from taskopt.hierarchy.alternation import chatter as chatter
+    from taskopt.hierarchy.certificate import Certificate as Certificate
+    from taskopt.hierarchy.certificate import certify as certify
+    from taskopt.hierarchy.damping import Chiaverini as Chiaverini
+    from taskopt.hierarchy.damping import ConstantDamping as ConstantDamping
+    from taskopt.hierarchy.damping import Damping as Damping
+    from taskopt.hierarchy.damping import NakamuraHanafusa as NakamuraHanafusa
+    from taskopt.hierarchy.damping import NoDamping as NoDamping
+    from taskopt.hierarchy.damping import NumericalFiltering as NumericalFiltering
+    from taskopt.hierarchy.damping import Sugihara as Sugihara
+    from taskopt.hierarchy.layout import Block as Block
+    from taskopt.hierarchy.layout import Layout as Layout
+    from taskopt.hierarchy.multipliers import certify_velocity as certify_velocity
     from taskopt.hierarchy.problem import Hierarchy as Hierarchy
     from taskopt.hierarchy.problem import Level as Level
+    from taskopt.hierarchy.problem import LevelRows as LevelRows
+    from taskopt.hierarchy.qp import QuadraticProgram as QuadraticProgram
+    from taskopt.hierarchy.qp import Solution as Solution
+    from taskopt.hierarchy.rank import RankRule as RankRule
+    from taskopt.hierarchy.resolution import Active as Active
+    from taskopt.hierarchy.resolution import Resolution as Resolution
+    from taskopt.hierarchy.resolution import Status as Status
+    from taskopt.hierarchy.review import Cause as Cause
+    from taskopt.hierarchy.review import LevelAccount as LevelAccount
+    from taskopt.hierarchy.review import Review as Review
     from taskopt.kinematics.configuration import Configuration as Configuration
+    from taskopt.kinematics.limit import BoundLimit as BoundLimit
+    from taskopt.kinematics.limit import JointAccelerationLimit as JointAccelerationLimit
     from taskopt.kinematics.limit import JointPositionLimit as JointPositionLimit
     from taskopt.kinematics.limit import JointVelocityLimit as JointVelocityLimit
+    from taskopt.kinematics.limit import Limit as Limit
+    from taskopt.kinematics.limit import ObstacleLimit as ObstacleLimit
+    from taskopt.kinematics.limit import RateLimit as RateLimit
+    from taskopt.kinematics.limit import RowLimit as RowLimit
+    from taskopt.kinematics.limit import SelfCollisionLimit as SelfCollisionLimit
     from taskopt.kinematics.objective import JointRange as JointRange
     from taskopt.kinematics.objective import Manipulability as Manipulability
+    from taskopt.kinematics.objective import Objective as Objective
+    from taskopt.kinematics.objective import ObstacleDistance as ObstacleDistance
+    from taskopt.kinematics.objective import SelfDistance as SelfDistance
     from taskopt.kinematics.objective import UserFunction as UserFunction
+    from taskopt.kinematics.robot import Box as Box
+    from taskopt.kinematics.robot import Capsule as Capsule
+    from taskopt.kinematics.robot import DHRow as DHRow
+    from taskopt.kinematics.robot import HalfSpace as HalfSpace
     from taskopt.kinematics.robot import Robot as Robot
+    from taskopt.kinematics.robot import Sphere as Sphere
+    from taskopt.kinematics.robot import planar_arm as planar_arm
+    from taskopt.kinematics.robot import robot_names as robot_names
+    from taskopt.kinematics.stack import Plan as Plan
     from taskopt.kinematics.stack import Stack as Stack
     from taskopt.kinematics.target import Circle as Circle
     from taskopt.kinematics.target import Function as Function
     from taskopt.kinematics.target import Hold as Hold
     from taskopt.kinematics.target import Latest as Latest
     from taskopt.kinematics.target import Line as Line
+    from taskopt.kinematics.target import Reference as Reference
+    from taskopt.kinematics.task import BoundTask as BoundTask
+    from taskopt.kinematics.task import BoxTask as BoxTask
+    from taskopt.kinematics.task import CentreOfMassTask as CentreOfMassTask
     from taskopt.kinematics.task import DampingTask as DampingTask
+    from taskopt.kinematics.task import During as During
     from taskopt.kinematics.task import FrameTask as FrameTask
+    from taskopt.kinematics.task import GazeTask as GazeTask
     from taskopt.kinematics.task import GradientTask as GradientTask
     from taskopt.kinematics.task import JointTask as JointTask
+    from taskopt.kinematics.task import LevelDamping as LevelDamping
+    from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
+    from taskopt.kinematics.task import Task as Task
+    from taskopt.kinematics.task.transition import largest_jump as largest_jump
+    from taskopt.kinematics.task.transition import swap as swap
     from taskopt.loop.controller import Controller as Controller
+    from taskopt.loop.run import Step as Step
+    from taskopt.loop.run import run as run
     from taskopt.loop.scenario import Scenario as Scenario
+    from taskopt.loop.scenario import load_scenario as load_scenario
+    from taskopt.resolver.active_set.resolver import ActiveSet as ActiveSet
+    from taskopt.resolver.base import Memory as Memory
+    from taskopt.resolver.base import Resolver as Resolver
+    from taskopt.resolver.closed_form_resolvers import DampedLeastSquares as DampedLeastSquares
+    from taskopt.resolver.closed_form_resolvers import PseudoInverse as PseudoInverse
+    from taskopt.resolver.cvxpy_model import Restated as Restated
+    from taskopt.resolver.hqp import HierarchicalQP as HierarchicalQP
+    from taskopt.resolver.infeasible import Conflict as Conflict
+    from taskopt.resolver.infeasible import Side as Side
+    from taskopt.resolver.infeasible import conflict as conflict
+    from taskopt.resolver.policy import Policy as Policy
     from taskopt.resolver.registry import resolve as resolve
+    from taskopt.resolver.registry import resolver_names as resolver_names
+    from taskopt.resolver.regret import leak as leak
+    from taskopt.resolver.weighted import WeightedQP as WeightedQP
+    from taskopt.solver.registry import Solver as Solver
+    from taskopt.solver.registry import solvers as solvers
 
 _HOME = {
-    "Configuration": "taskopt.kinematics.configuration",
-    "Controller": "taskopt.loop.controller",
-    "TaskoptError": "taskopt.errors",
-    "JointPositionLimit": "taskopt.kinematics.limit",
-    "JointVelocityLimit": "taskopt.kinematics.limit",
-    "JointRange": "taskopt.kinematics.objective",
-    "Manipulability": "taskopt.kinematics.objective",
-    "UserFunction": "taskopt.kinematics.objective",
-    "Hierarchy": "taskopt.hierarchy.problem",
-    "Level": "taskopt.hierarchy.problem",
+    "Active": "taskopt.hierarchy.resolution",
+    "ActiveSet": "taskopt.resolver.active_set.resolver",
+    "Array": "taskopt.arrays",
+    "BadLog": "taskopt.errors",
+    "Block": "taskopt.hierarchy.layout",
+    "BoundLimit": "taskopt.kinematics.limit",
+    "BoundTask": "taskopt.kinematics.task",
+    "Box": "taskopt.kinematics.robot",
+    "BoxTask": "taskopt.kinematics.task",
+    "Capsule": "taskopt.kinematics.robot",
+    "Cause": "taskopt.hierarchy.review",
+    "CentreOfMassTask": "taskopt.kinematics.task",
+    "Certificate": "taskopt.hierarchy.certificate",
+    "Chatter": "taskopt.hierarchy.alternation",
+    "Chiaverini": "taskopt.hierarchy.damping",
     "Circle": "taskopt.kinematics.target",
-    "Function": "taskopt.kinematics.target",
-    "Hold": "taskopt.kinematics.target",
-    "Latest": "taskopt.kinematics.target",
-    "Line": "taskopt.kinematics.target",
-    "resolve": "taskopt.resolver.registry",
-    "Robot": "taskopt.kinematics.robot",
-    "Scenario": "taskopt.loop.scenario",
-    "Stack": "taskopt.kinematics.stack",
+    "Comparison": "taskopt.compare",
+    "Configuration": "taskopt.kinematics.configuration",
+    "Conflict": "taskopt.resolver.infeasible",
+    "ConstantDamping": "taskopt.hierarchy.damping",
+    "Controller": "taskopt.loop.controller",
+    "DHRow": "taskopt.kinematics.robot",
+    "DampedLeastSquares": "taskopt.resolver.closed_form_resolvers",
+    "Damping": "taskopt.hierarchy.damping",
     "DampingTask": "taskopt.kinematics.task",
+    "During": "taskopt.kinematics.task",
     "FrameTask": "taskopt.kinematics.task",
+    "Function": "taskopt.kinematics.target",
+    "GazeTask": "taskopt.kinematics.task",
     "GradientTask": "taskopt.kinematics.task",
+    "HalfSpace": "taskopt.kinematics.robot",
+    "HierarchicalQP": "taskopt.resolver.hqp",
+    "Hierarchy": "taskopt.hierarchy.problem",
+    "Hold": "taskopt.kinematics.target",
+    "Infeasible": "taskopt.errors",
+    "InvalidValue": "taskopt.errors",
+    "JointAccelerationLimit": "taskopt.kinematics.limit",
+    "JointPositionLimit": "taskopt.kinematics.limit",
+    "JointRange": "taskopt.kinematics.objective",
     "JointTask": "taskopt.kinematics.task",
+    "JointVelocityLimit": "taskopt.kinematics.limit",
+    "Latest": "taskopt.kinematics.target",
+    "Layout": "taskopt.hierarchy.layout",
+    "Level": "taskopt.hierarchy.problem",
+    "LevelAccount": "taskopt.hierarchy.review",
+    "LevelDamping": "taskopt.kinematics.task",
+    "LevelRows": "taskopt.hierarchy.problem",
+    "Limit": "taskopt.kinematics.limit",
+    "Line": "taskopt.kinematics.target",
+    "Manipulability": "taskopt.kinematics.objective",
+    "Memory": "taskopt.resolver.base",
+    "MissingFile": "taskopt.errors",
+    "NakamuraHanafusa": "taskopt.hierarchy.damping",
+    "NoDamping": "taskopt.hierarchy.damping",
+    "NotInstalled": "taskopt.errors",
+    "NotSolved": "taskopt.errors",
+    "NumericalFiltering": "taskopt.hierarchy.damping",
+    "Objective": "taskopt.kinematics.objective",
+    "ObjectiveTask": "taskopt.kinematics.task",
+    "ObstacleDistance": "taskopt.kinematics.objective",
+    "ObstacleLimit": "taskopt.kinematics.limit",
     "OrientationTask": "taskopt.kinematics.task",
+    "Plan": "taskopt.kinematics.stack",
+    "Policy": "taskopt.resolver.policy",
     "PositionTask": "taskopt.kinematics.task",
+    "PseudoInverse": "taskopt.resolver.closed_form_resolvers",
+    "QuadraticProgram": "taskopt.hierarchy.qp",
+    "RankRule": "taskopt.hierarchy.rank",
+    "RateLimit": "taskopt.kinematics.limit",
+    "Reference": "taskopt.kinematics.target",
+    "Resolution": "taskopt.hierarchy.resolution",
+    "Resolver": "taskopt.resolver.base",
+    "Restated": "taskopt.resolver.cvxpy_model",
+    "Review": "taskopt.hierarchy.review",
+    "Robot": "taskopt.kinematics.robot",
+    "RowLimit": "taskopt.kinematics.limit",
+    "Scenario": "taskopt.loop.scenario",
+    "SelfCollisionLimit": "taskopt.kinematics.limit",
+    "SelfDistance": "taskopt.kinematics.objective",
+    "Side": "taskopt.resolver.infeasible",
+    "Solution": "taskopt.hierarchy.qp",
+    "Solver": "taskopt.solver.registry",
+    "Sphere": "taskopt.kinematics.robot",
+    "Stack": "taskopt.kinematics.stack",
+    "Status": "taskopt.hierarchy.resolution",
+    "Step": "taskopt.loop.run",
+    "Sugihara": "taskopt.hierarchy.damping",
+    "Task": "taskopt.kinematics.task",
+    "TaskoptError": "taskopt.errors",
+    "UnknownName": "taskopt.errors",
+    "UserFunction": "taskopt.kinematics.objective",
+    "WeightedQP": "taskopt.resolver.weighted",
+    "certify": "taskopt.hierarchy.certificate",
+    "certify_velocity": "taskopt.hierarchy.multipliers",
+    "chatter": "taskopt.hierarchy.alternation",
+    "conflict": "taskopt.resolver.infeasible",
+    "largest_jump": "taskopt.kinematics.task.transition",
+    "leak": "taskopt.resolver.regret",
+    "load_scenario": "taskopt.loop.scenario",
+    "planar_arm": "taskopt.kinematics.robot",
+    "resolve": "taskopt.resolver.registry",
+    "resolver_names": "taskopt.resolver.registry",
+    "robot_names": "taskopt.kinematics.robot",
+    "run": "taskopt.loop.run",
+    "solvers": "taskopt.solver.registry",
+    "swap": "taskopt.kinematics.task.transition",
 }
 
+__all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 
-def __getattr__(name: str) -> Any:
+
+def _imported(name: str) -> object:
+    """Import a public name when it is first asked for.
+
+    Raises:
+        AttributeError: There is no such name; the message suggests a near one, or says where a name that
+            is not public lives. A `from taskopt import` raises `ImportError` with the same message.
+        ImportError: The module of the name cannot be imported.
+    """
+    if name.startswith("_"):
+        raise AttributeError(f"module 'taskopt' has no attribute '{name}'")
     if name not in _HOME:
-        raise AttributeError(f"module 'taskopt' has no attribute '{name}'; it has {', '.join(_HOME)}")
-    return getattr(import_module(_HOME[name]), name)
+        refuse = ImportError if _is_import_statement() and not _is_module(name) else AttributeError
+        raise refuse(f"taskopt has no name '{name}'; {_way_out(name)}")
+    try:
+        module = import_module(_HOME[name])
+    except AttributeError as error:  # an AttributeError raised here would read as "there is no such name"
+        raise ImportError(f"{_HOME[name]}, which has '{name}', cannot be imported: {error}") from error
+    value = globals()[name] = getattr(module, name)
+    return value
+
+
+if not TYPE_CHECKING:  # checkers know the names from the imports above, and refuse others
+    __getattr__ = _imported
 
 
 def __dir__() -> list[str]:
-    return sorted(_HOME)
+    """Return the public names in alphabetical order."""
+    return sorted(__all__)
+
+
+def _way_out(name: str) -> str:
+    """Suggest what may have been meant by an unknown name."""
+    if _is_module(name):
+        return f"it is a module: import taskopt.{name}"
+    near = [other for other in __all__ if len(name) > 3 and name.lower() in other.lower()]
+    near = near or get_close_matches(name, __all__, n=3, cutoff=0.7)
+    if near:
+        return f"did you mean {' or '.join(near[:3])}?"
+    modules = _modules_that_define(name)
+    if modules:
+        return f"it lives in {' and '.join(modules)}"
+    return "dir(taskopt) lists the names that there are"
+
+
+def _modules_that_define(name: str) -> list[str]:
+    """Look a name up in the sources of the package, since importing them all would take seconds."""
+    root = Path(__file__).parent
+    heads = tuple(f"{word}{name}{end}" for word in ("class ", "def ") for end in "(:[") + (f"{name} = ",)
+    files = sorted(root.rglob("*.py"))
+    found = [file for file in files if any(s.startswith(heads) for s in file.read_text("utf-8").splitlines())]
+    return [".".join(["taskopt", *file.relative_to(root).with_suffix("").parts]) for file in found]
+
+
+def _is_module(name: str) -> bool:
+    """Return True if `name` is a module or a package of taskopt."""
+    path = Path(__file__).parent / name
+    return path.is_dir() or path.with_suffix(".py").is_file()
+
+
+def _is_import_statement() -> bool:
+    """Return True if the name is asked for by `from taskopt import`, which hides an `AttributeError`."""
+    return sys._getframe(2).f_code.co_name == "_handle_fromlist"

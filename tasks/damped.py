@@ -5,8 +5,7 @@ Damped least squares (3.59): the tip's task and q̇ = 0 share one level, so that
 half a turn within the moment in which the tip passes.
 """
 
-from taskopt import DampingTask, Line, PositionTask, Scenario, Stack
-from taskopt.kinematics.robot import planar_arm
+from taskopt import DampingTask, Line, PositionTask, Scenario, Stack, planar_arm
 
 past = Line(by=(-1.2, 0.0, 0.0), duration=3.0)  # [m], [s]
 k = 0.1

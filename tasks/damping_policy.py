@@ -5,10 +5,7 @@ Siciliano and Egeland 1994), along the singular direction only. Before and after
 exactly, which with a constant k it nowhere does.
 """
 
-from taskopt import Line, PositionTask, Scenario, Stack
-from taskopt.hierarchy.damping import NumericalFiltering
-from taskopt.kinematics.robot import planar_arm
-from taskopt.kinematics.task import LevelDamping
+from taskopt import LevelDamping, Line, NumericalFiltering, PositionTask, Scenario, Stack, planar_arm
 
 past = Line(by=(-1.2, 0.0, 0.0), duration=3.0)  # [m], [s]
 policy = NumericalFiltering(k_max=0.1, epsilon=0.15)

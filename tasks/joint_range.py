@@ -6,8 +6,7 @@ Nothing but the gradient keeps them: there is no hard limit in this stack.
 
 import numpy as np
 
-from taskopt import Circle, GradientTask, JointRange, PositionTask, Scenario, Stack
-from taskopt.kinematics.robot import planar_arm
+from taskopt import Circle, GradientTask, JointRange, PositionTask, Scenario, Stack, planar_arm
 
 pi = np.pi
 circle = Circle(radius=0.25, period=2.0, toward=(1, 0, 0), along=(0, 1, 0), turns=2)  # [m], [s]

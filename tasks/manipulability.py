@@ -4,8 +4,7 @@ Redundancy climbs w = √det(J Jᵀ) (3.56) with k₀ = 10 in (3.55). With k₀ 
 singularity on the way, here it does not fall below 0.33 m².
 """
 
-from taskopt import GradientTask, Line, Manipulability, PositionTask, Scenario, Stack
-from taskopt.kinematics.robot import planar_arm
+from taskopt import GradientTask, Line, Manipulability, PositionTask, Scenario, Stack, planar_arm
 
 past = Line(by=(-0.754, -0.357, 0.0), duration=2.0)  # [m], [s]
 

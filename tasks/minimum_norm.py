@@ -6,8 +6,7 @@ after each of the two turns.
 
 import numpy as np
 
-from taskopt import Circle, PositionTask, Scenario, Stack
-from taskopt.kinematics.robot import planar_arm
+from taskopt import Circle, PositionTask, Scenario, Stack, planar_arm
 
 circle = Circle(radius=0.25, period=2.0, toward=(1, 0, 0), along=(0, 1, 0), turns=2)  # [m], [s]
 

@@ -5,9 +5,7 @@ objective has second place: it would not keep the tip off the object if the line
 `obstacle_first` does.
 """
 
-from taskopt import GradientTask, Line, PositionTask, Scenario, Stack
-from taskopt.kinematics.objective import ObstacleDistance
-from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt import GradientTask, Line, ObstacleDistance, PositionTask, Scenario, Sphere, Stack, planar_arm
 
 line = Line(by=(0.47, -0.411, 0.0), duration=2.0)  # [m], [s]
 away = ObstacleDistance([Sphere((0.687, 0.225, 0.0), 0.1, name="object")])

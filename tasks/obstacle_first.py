@@ -8,10 +8,17 @@ singularity, damping (3.59) of the path keeps the joints slow.
 
 import numpy as np
 
-from taskopt import DampingTask, Line, PositionTask, Scenario, Stack
-from taskopt.kinematics.objective import ObstacleDistance
-from taskopt.kinematics.robot import Sphere, planar_arm
-from taskopt.kinematics.task import ObjectiveTask
+from taskopt import (
+    DampingTask,
+    Line,
+    ObjectiveTask,
+    ObstacleDistance,
+    PositionTask,
+    Scenario,
+    Sphere,
+    Stack,
+    planar_arm,
+)
 
 line = Line(by=(0.0, -0.8, 0.0), duration=3.0)  # [m], [s]
 away = ObstacleDistance([Sphere((1.05, 0.0, 0.0), 0.1, name="object")])

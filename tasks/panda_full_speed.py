@@ -4,8 +4,7 @@ They accelerate, run at their velocity limits, and stop at the ends of their ran
 that is allowed and not a rad more; the bounds are exact for steps of this length, and never empty.
 """
 
-from taskopt import Function, JointTask, Robot, Scenario, Stack
-from taskopt.kinematics.limit import JointAccelerationLimit
+from taskopt import Function, JointAccelerationLimit, JointTask, Robot, Scenario, Stack
 
 to_and_fro = Function(lambda t: [9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0] if t < 2.0 else [0.0] * 7)  # [rad]
 

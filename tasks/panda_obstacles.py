@@ -11,14 +11,15 @@ from taskopt import (
     JointPositionLimit,
     JointVelocityLimit,
     Line,
+    ObstacleLimit,
     OrientationTask,
     PositionTask,
     Robot,
     Scenario,
+    SelfCollisionLimit,
+    Sphere,
     Stack,
 )
-from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
-from taskopt.kinematics.robot import Sphere
 
 balls = [
     Sphere((0.55, 0.21, 0.58), 0.1, name="left ball"),

@@ -7,6 +7,7 @@ before and after.
 
 from taskopt import (
     Circle,
+    During,
     JointPositionLimit,
     JointTask,
     JointVelocityLimit,
@@ -16,7 +17,6 @@ from taskopt import (
     Scenario,
     Stack,
 )
-from taskopt.kinematics.task import During
 
 hand = "panda_hand"
 circle = Circle(radius=0.1, period=2.0)  # [m], [s]

@@ -6,8 +6,7 @@ and the gradient of w = ½(s₂² + s₃²) with k₀ = 50. After 4 s the tip ho
 
 import numpy as np
 
-from taskopt import Circle, GradientTask, PositionTask, Scenario, Stack, UserFunction
-from taskopt.kinematics.robot import planar_arm
+from taskopt import Circle, GradientTask, PositionTask, Scenario, Stack, UserFunction, planar_arm
 
 bent = UserFunction(
     lambda at: 0.5 * (np.sin(at.q[1]) ** 2 + np.sin(at.q[2]) ** 2),

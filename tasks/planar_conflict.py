@@ -5,9 +5,7 @@ each other for some ticks. With `on_conflict="raise"` the run ends there with a 
 and the least that would have to give way; here the arm brakes as hard as it may, and says so.
 """
 
-from taskopt import PositionTask, Scenario, Stack
-from taskopt.kinematics.limit import JointAccelerationLimit, ObstacleLimit
-from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt import JointAccelerationLimit, ObstacleLimit, PositionTask, Scenario, Sphere, Stack, planar_arm
 
 ball = Sphere([0.75, 0.75, 0.0], 0.15)  # [m]
 

@@ -8,9 +8,7 @@ first link into the object; the limit keeps all links out, at no cost to the lin
 
 import numpy as np
 
-from taskopt import Line, PositionTask, Scenario, Stack
-from taskopt.kinematics.limit import ObstacleLimit
-from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt import Line, ObstacleLimit, PositionTask, Scenario, Sphere, Stack, planar_arm
 
 theta_1 = np.radians(30.0)
 reach = 0.8 + 0.2j - 0.5 * np.exp(1j * theta_1)  # what links 2 and 3 must span, as x + iy

@@ -8,8 +8,7 @@ it, and *near* a singularity the exact answer is huge: that takes damping, or li
 
 import numpy as np
 
-from taskopt import Function, JointTask, PositionTask, Scenario, Stack
-from taskopt.kinematics.robot import planar_arm
+from taskopt import Function, JointTask, PositionTask, Scenario, Stack, planar_arm
 
 
 def target(t: float) -> np.ndarray:

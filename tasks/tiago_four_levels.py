@@ -5,9 +5,17 @@ in a box and the head looks at the left hand's work from within a cone. Third, t
 circle that is larger than the box, so it slides along the box's sides. Last, the posture of the start.
 """
 
-from taskopt import Circle, JointTask, PositionTask, Robot, Scenario, Stack
-from taskopt.kinematics.limit import JointAccelerationLimit
-from taskopt.kinematics.task import BoxTask, GazeTask
+from taskopt import (
+    BoxTask,
+    Circle,
+    GazeTask,
+    JointAccelerationLimit,
+    JointTask,
+    PositionTask,
+    Robot,
+    Scenario,
+    Stack,
+)
 
 whole = Robot.load("tiago_dual")
 robot = whole.lock([joint for joint in whole.joints if not joint.startswith(("torso", "arm", "head"))])

@@ -9,8 +9,6 @@ from statistics import median
 
 import pytest
 
-import taskopt
-
 ROOT = Path(__file__).parents[1]
 PACKAGE = sorted((ROOT / "taskopt").rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
@@ -139,16 +137,6 @@ def test_modules_are_small_in_the_middle() -> None:
     assert median(source.count("\n") for source in sources) <= 100
     bodies = [(node.end_lineno or 0) - node.body[0].lineno + 1 for s in sources for node in functions(s)]
     assert median(bodies) <= 10
-
-
-def test_the_public_face_is_small() -> None:
-    """`import taskopt` offers at most 25 names, each as X as X, and each of them is there."""
-    block = next(node for node in ast.parse(read(PACKAGE[0])).body if isinstance(node, ast.If))
-    names = [alias for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names]
-    assert len(names) <= 25
-    assert all(alias.name == alias.asname for alias in names)
-    assert sorted(alias.name for alias in names) == dir(taskopt)
-    assert all(getattr(taskopt, name).__name__ == name for name in dir(taskopt))
 
 
 @pytest.mark.parametrize(
