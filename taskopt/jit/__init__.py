@@ -1,0 +1,266 @@
+"""The one place where the numeric core is compiled from Python source, with Numba.
+
+    @kernel        merged into every kernel that calls it; for short functions
+    @kernel_apart  compiled once and called by name; for long functions
+
+A kernel is compiled at its first call, or loaded if any process of the user has compiled the same content
+before (`store`). Its stamp is a digest of everything that can change the machine code: its own code, the
+constants that it reads, the same of all kernels that it calls (`content`), compile options, and the versions
+of Python, NumPy, Numba and of this package `jit`.
+
+With NUMBA_DISABLE_JIT=1 a kernel is the plain Python function, hundreds of times slower, for a debugger or
+for coverage.
+
+Numba's internals are used in this file only, and `pyproject.toml` bounds its version for this reason:
+
+- `Kernel` is a dispatcher whose attribute `_cache` is our own; Numba's caches look at one source file, while
+  a kernel depends on many.
+- Numba links the intermediate code of each callee into each caller and optimises it again. An apart kernel
+  is therefore registered without its library, so that callers refer to its machine code by name.
+- Such a name must be the same in all processes, since callers keep it in their files: `_Compiler` puts the
+  stamp where Numba puts a running number. A file also lists the kernels that its machine code calls by
+  name; they are loaded, or compiled, before it.
+"""
+
+import hashlib
+import pickle
+import platform
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar, cast
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config, types
+from numba.core.caching import _Cache
+from numba.core.codegen import CPUCodegen
+from numba.core.compiler import Compiler, CompileResult
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager
+from numba.core.cpu import CPUContext
+from numba.core.registry import CPUDispatcher
+from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
+from numba.core.typing.templates import Signature
+
+from taskopt.jit.content import Content, Reader
+from taskopt.jit.progress import Report
+from taskopt.jit.store import Store, users_folder
+
+F = TypeVar("F", bound=Callable[..., object])
+Types = tuple[types.Type, ...] | Signature  # of the arguments of a call
+
+# IEEE arithmetic, where a division by zero gives inf; sums may be reordered, so that they are vectorised.
+_OPTIONS = {
+    "nopython": True,
+    "boundscheck": None,
+    "error_model": "numpy",
+    "fastmath": {"reassoc", "contract"},
+}
+
+_report = Report()
+_store = Store(users_folder(str(vars(config)["CACHE_DIR"])))
+
+
+def kernel(function: F) -> F:
+    """Compile a function that is merged into the kernels that call it.
+
+    A call with a dozen arrays costs as much as ten short rows, so this is the default.
+    """
+    return _compiled(function, apart=False)
+
+
+def kernel_apart(function: F) -> F:
+    """Compile a function that stays a call; merging it would lengthen the compilation of its callers."""
+    return _compiled(function, apart=True)
+
+
+def _compiled(function: F, *, apart: bool) -> F:
+    """Return the kernel of a function, or the function itself where compilation is disabled."""
+    if vars(config)["DISABLE_JIT"]:
+        return function
+    return cast("F", Kernel(function, apart=apart))
+
+
+class _Compiler(Compiler):
+    """Numba's compiler with names of machine code that depend on the content only."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Put the stamp in place of the running number, then go on as usual."""
+        identity = self.state.func_id
+        identity.unique_id = identity.func.kernel.stamp
+        return super().define_pipelines()
+
+
+class Kernel(CPUDispatcher):
+    """A compiled function.
+
+    Args:
+        function: The Python function.
+        apart: Whether callers call it by name instead of merging it.
+    """
+
+    def __init__(self, function: Callable[..., object], *, apart: bool) -> None:
+        options = _OPTIONS | {"forceinline": not apart}
+        super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+        self.apart = apart
+        self._cache = _KernelCache(self)
+        function.kernel = self  # type: ignore[attr-defined]
+
+    def __reduce__(self) -> str:
+        """Pickle and copy by name, as a function."""
+        return self.__qualname__
+
+    @cached_property
+    def content(self) -> Content:
+        """Its own code and constants, and the kernels that it calls."""
+        return _reader.read(self.py_func)
+
+    @cached_property
+    def callees(self) -> "dict[str, Kernel]":
+        """All kernels that it calls, directly or through others, by stamp."""
+        return {callee.stamp: callee for callee in self._reachable() if callee is not self}
+
+    @cached_property
+    def stamp(self) -> str:
+        """Digest of everything that decides the machine code, apart from the processor."""
+        parts = sorted(f"{reached.apart} {reached.content.text}" for reached in self._reachable())
+        text = "\n".join([_environment(), str(self.targetoptions["forceinline"]), self.content.text, *parts])
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+    def _reachable(self) -> "list[Kernel]":
+        """Return this kernel and all that it calls, directly or through others."""
+        found: dict[Kernel, None] = {self: None}
+        waiting: list[Kernel] = [self]
+        while waiting:
+            for callee in cast("list[Kernel]", waiting.pop().content.callees):
+                if callee not in found:
+                    found[callee] = None
+                    waiting.append(callee)
+        return list(found)
+
+    @property
+    def filename(self) -> str:
+        """Beginning of the names of its files."""
+        return f"{self.__module__}.{self.__qualname__}-{self.stamp}-"
+
+    def called_by_name(self) -> "Iterator[Kernel]":
+        """Yield the apart kernels that the machine code calls, itself or in a kernel merged into it."""
+        found: set[Kernel] = {self}
+        waiting: list[Kernel] = [self]
+        while waiting:
+            for callee in cast("list[Kernel]", waiting.pop().content.callees):
+                if callee in found:
+                    continue
+                found.add(callee)
+                if callee.apart:
+                    yield callee
+                else:
+                    waiting.append(callee)
+
+    def compile(self, sig: Types) -> object:
+        """Compile or load the machine code for a signature; the outermost call reports it."""
+        with global_compiler_lock:
+            outermost = not _report.running
+            try:
+                return super().compile(sig)
+            finally:
+                if outermost and _report.running:
+                    _report.end()
+
+    def add_overload(self, cres: CompileResult) -> None:
+        """Register machine code; that of an apart kernel is for callers a name, not code to merge."""
+        super().add_overload(cres)
+        if self.apart:
+            self.targetctx.remove_user_function(cres.entry_point)
+            self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, ())
+
+
+class _KernelCache(_Cache):
+    """The compiled signatures of one kernel in the folder of the user."""
+
+    def __init__(self, owner: Kernel) -> None:
+        self._owner = owner
+
+    @property
+    def cache_path(self) -> str:
+        """Folder of the files."""
+        return str(_store.folder or "")
+
+    def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
+        """Return the machine code for a signature, after that of all kernels which it calls by name."""
+        target_context.refresh()
+        data = _store.read(self._file(sig, target_context.codegen()))
+        found = self._rebuilt(data, target_context) if data is not None else None
+        if found is None:
+            if not _report.running:
+                _report.begin(_missing(self._owner), self.cache_path, kept=_store.writable)
+            _report.compiling(self._owner.__name__)
+        return found
+
+    def _rebuilt(self, data: bytes, target_context: CPUContext) -> CompileResult | None:
+        """Load callees, then the machine code itself; None if a callee has another name than it had."""
+        called, reduced = pickle.loads(data)
+        for stamp, arguments, symbol in called:
+            callee = self._owner.callees[stamp]
+            callee.compile(arguments)
+            if callee.overloads[arguments].fndesc.mangled_name != symbol:
+                return None
+        return CompileResult._rebuild(target_context, *pickle.loads(reduced))
+
+    def save_overload(self, sig: Types, data: CompileResult) -> None:
+        """Keep the machine code of a signature."""
+        _report.compiled()
+        if data.library.has_dynamic_globals or data.lifted:
+            return  # it holds addresses of this process
+        called = [
+            (callee.stamp, arguments, result.fndesc.mangled_name)
+            for callee in self._owner.called_by_name()
+            for arguments, result in callee.overloads.items()
+        ]
+        _store.write(self._file(sig, data.codegen), dumps((called, dumps(data._reduce()))))
+
+    def _file(self, sig: Types, codegen: CPUCodegen) -> str:
+        """Name of the file for a signature on this processor."""
+        arguments, _ = normalize_signature(sig)
+        text = f"{[_describe(argument) for argument in arguments]} {codegen.magic_tuple()}"
+        return f"{self._owner.filename}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+    def enable(self) -> None:
+        """Do nothing: the cache is always enabled."""
+
+    def disable(self) -> None:
+        """Do nothing: the cache is always enabled."""
+
+    def flush(self) -> None:
+        """Do nothing: files never go stale, and `Store.clean` deletes the old ones."""
+
+
+def _describe(argument: types.Type) -> str:
+    """Describe the type of an argument; Numba's own name of a named tuple leaves out the fields."""
+    fields = getattr(argument, "fields", "")
+    inside = [_describe(part) for part in getattr(argument, "types", ())]
+    return f"{argument} {fields} {inside}"
+
+
+def _missing(outermost: Kernel) -> int:
+    """Count the kernels that must be compiled before a kernel can run."""
+    names = {name.rpartition("-")[0] for name in _store.names()}
+    waiting = [outermost, *outermost.callees.values()]
+    return sum(not found.overloads and found.filename.rstrip("-") not in names for found in waiting)
+
+
+def _environment() -> str:
+    """Describe what the machine code depends on besides the kernels."""
+    versions = platform.python_version(), np.__version__, numba.__version__, llvmlite.__version__
+    settings = [str(vars(config)[name]) for name in _SETTINGS]
+    return f"{versions} {settings} {_OWN}"
+
+
+_SETTINGS = "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT"
+_OWN = hashlib.sha256(
+    b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+).hexdigest()
+_reader = Reader(lambda value: isinstance(value, Kernel))
