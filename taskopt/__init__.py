@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.rank import RankRule as RankRule
     from taskopt.hierarchy.resolution import Active as Active
     from taskopt.hierarchy.resolution import Resolution as Resolution
-    from taskopt.hierarchy.resolution import Status as Status
     from taskopt.hierarchy.review import Cause as Cause
     from taskopt.hierarchy.review import LevelAccount as LevelAccount
     from taskopt.hierarchy.review import Review as Review
+    from taskopt.hierarchy.status import Status as Status
     from taskopt.kinematics.configuration import Configuration as Configuration
     from taskopt.kinematics.limit import BoundLimit as BoundLimit
     from taskopt.kinematics.limit import JointAccelerationLimit as JointAccelerationLimit

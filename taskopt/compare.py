@@ -13,8 +13,8 @@ from taskopt.errors import Infeasible, NotSolved
 from taskopt.loop.run import Step, run, tracking_error
 from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
-from taskopt.record.summary import Continuity
 from taskopt.record.recorder import RunInfo
+from taskopt.record.summary import Continuity
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.base import Resolver
 

@@ -19,7 +19,8 @@ from taskopt import (
 )
 from taskopt.compare import Comparison
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
 from taskopt.kinematics.robot import Sphere, planar_arm
 from taskopt.loop.run import run

@@ -10,7 +10,7 @@ import pytest
 
 from taskopt import Configuration, Stack
 from taskopt.errors import Infeasible
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.kinematics.task import During
 from taskopt.kinematics.task.transition import largest_jump

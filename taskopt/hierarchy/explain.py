@@ -5,8 +5,9 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.hierarchy.certificate import TOLERANCE
 from taskopt.hierarchy.layout import Block
-from taskopt.hierarchy.resolution import Active, Resolution, Status
+from taskopt.hierarchy.resolution import Active, Resolution
 from taskopt.hierarchy.review import LevelAccount, Review
+from taskopt.hierarchy.status import Status
 
 _MET = 1e-8  # a row that lacks less, relative to max(1, what it asks for), is met
 _VERDICT = {

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, bound, finite
 from taskopt.errors import Infeasible, InvalidValue, MissingFile
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 
 _PARTS = ("H", "g", "C", "lower", "upper", "box_lower", "box_upper")
 

@@ -1,9 +1,8 @@
 """The answer to a hierarchy: x, what each task still lacks, what binds, and the proof."""
 
 from collections.abc import Callable
-from enum import Enum
 from functools import cached_property
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -11,18 +10,7 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE, Certificate
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.review import Review
-
-
-class Status(Enum):
-    """What a resolver says of its own answer; the value is the advice. A claim, not a proof."""
-
-    SOLVED = "it claims an optimum; the certificate decides"
-    FORMULA = "a closed form that knows no limits; it claims nothing"
-    ITERATION_LIMIT = "it stopped before it was done; scale the rows, or ask for less accuracy"
-    INFEASIBLE = "the hard limits contradict each other; relax one of them"
-    RELAXED = "the optimum after hard limits that contradict each other gave way; its notes say by how much"
-    BRAKED = "the hard limits contradict each other, and it brakes to standstill; its notes say which"
-    FAILED = "it gave up, or its answer is not a number; look at the rows it was given"
+from taskopt.hierarchy.status import Status
 
 
 class Active(NamedTuple):
@@ -43,11 +31,11 @@ class Resolution:
     `answer` is a flat array (see `Layout.answer_size`) that ends with the hierarchy's buffer, so that a
     resolution stays true when the next tick overwrites the hierarchy; `source` lends layout and norm;
     `reviewer` is whoever takes the second look, at the first question that needs one.
-    `state` (n + M) is -1 where a lower bound is in the final active set, +1 for an upper one, else 0.
+    `notes` says in sentences what was done to get an answer at all; `fallback` is the name of the method that
+    answered where `active-set` could not, None where it did. `state` (n + M) is -1 where a lower bound is in
+    the final active set, +1 for an upper one, else 0.
     Everything else is derived when asked for.
     """
-
-    notes: tuple[str, ...] = ()  # what was done to get an answer at all, in sentences
 
     def __init__(
         self,
@@ -57,11 +45,42 @@ class Resolution:
         status: Status,
         iterations: int = 0,
         reviewer: "Callable[[Resolution], Review] | None" = None,
+        notes: tuple[str, ...] = (),
+        fallback: str | None = None,
     ) -> None:
-        self.source, self.answer, self.state = source, answer, state
-        self.status, self.iterations = status, iterations
-        self._reviewer = reviewer
+        self.source: Final = source
+        self.answer: Final = answer
+        self.state: Final = state
+        self.status: Final = status
+        self.iterations: Final = iterations
+        self.notes: Final = notes
+        self.fallback: Final = fallback
+        self._reviewer: Final = reviewer
         self.x: Array = answer[: source.layout.n]  # the unknowns, (n,)
+
+    def replaced(
+        self, status: Status | None = None, notes: tuple[str, ...] | None = None, fallback: str | None = None
+    ) -> "Resolution":
+        """Return the same answer with another status, other notes, or the name of a fallback.
+
+        Args:
+            status: The new status; None keeps the present one.
+            notes: The new notes; None keeps the present ones.
+            fallback: Name of the method that answered; None keeps the present one.
+
+        Returns:
+            A new record that shares the arrays of this one.
+        """
+        return Resolution(
+            self.source,
+            self.answer,
+            self.state,
+            self.status if status is None else status,
+            self.iterations,
+            self._reviewer,
+            self.notes if notes is None else notes,
+            self.fallback if fallback is None else fallback,
+        )
 
     @cached_property
     def problem(self) -> Hierarchy:

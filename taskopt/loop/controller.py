@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, finite
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.plan import fill_tick
 from taskopt.kinematics.robot import Robot

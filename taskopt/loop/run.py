@@ -17,7 +17,8 @@ from taskopt.arrays import Array
 from taskopt.errors import NotSolved
 from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.scenario import Scenario

@@ -11,7 +11,8 @@ from taskopt.hierarchy.equality import equality_levels
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import RULE, RankRule
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, checked
 from taskopt.resolver.closed_form import descend, refuse_inequalities, task_priority
 

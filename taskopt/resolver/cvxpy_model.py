@@ -16,7 +16,8 @@ from taskopt.hierarchy.equality import root_of
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy, LevelRows
 from taskopt.hierarchy.rank import LOST
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.unanswered import unanswered, unless_broken

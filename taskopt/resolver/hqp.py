@@ -15,8 +15,9 @@ from taskopt.hierarchy.equality import inverse_root
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import RULE, RankRule, row_scale
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import ACCURACY, LevelAccount
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, checked, final_state
 from taskopt.resolver.closed_form import task_priority

@@ -13,7 +13,7 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.accuracy import Solve
 
 VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less is solver accuracy

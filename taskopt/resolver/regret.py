@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from taskopt.arrays import Array, finite
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.infeasible import conflict
 

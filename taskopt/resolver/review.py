@@ -8,8 +8,9 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.hierarchy.equality import equality_levels
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form import Descent, descend
 
 _NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one

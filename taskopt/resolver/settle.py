@@ -9,7 +9,8 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.errors import Infeasible
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Resolver, answered
 from taskopt.resolver.infeasible import Conflict, conflict, relaxed
 from taskopt.resolver.policy import Policy
@@ -33,10 +34,8 @@ def settle(
     if policy == "raise":
         raise Infeasible(f"{resolver.name} at {when}: {found}", hierarchy.copy())
     result = resolver(relaxed(hierarchy, found))[0]
-    if result.status is Status.SOLVED:
-        result.status = Status.RELAXED
-    result.notes = (f"Relaxed, {found}.",)
-    return result
+    status = Status.RELAXED if result.status is Status.SOLVED else result.status
+    return result.replaced(status, (f"Relaxed, {found}.",))
 
 
 def _braked(hierarchy: Hierarchy, brakes: Array, found: Conflict) -> Resolution:
@@ -44,8 +43,7 @@ def _braked(hierarchy: Hierarchy, brakes: Array, found: Conflict) -> Resolution:
     nothing = np.zeros((layout.level_count + 1, layout.width))
     state = np.zeros(layout.width, dtype=np.int8)
     result = answered(hierarchy, brakes, nothing, state, Status.BRAKED)[0]
-    result.notes = (f"Braking, {found}.", *_still_broken(hierarchy, brakes))
-    return result
+    return result.replaced(notes=(f"Braking, {found}.", *_still_broken(hierarchy, brakes)))
 
 
 def _still_broken(hierarchy: Hierarchy, v: Array) -> list[str]:

@@ -4,7 +4,8 @@ import numpy as np
 
 from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered
 from taskopt.resolver.infeasible import agree
 

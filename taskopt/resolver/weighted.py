@@ -13,8 +13,9 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.qp import QuadraticProgram
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import ACCURACY
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares

@@ -6,7 +6,7 @@ import clarabel as package
 import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.solver.sparse import compressed
 
 clarabel: Any = package  # compiled: a type checker sees nothing in it

@@ -16,7 +16,7 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 
 cp: Any = cvxpy  # its operators are typed for scalars, and read as matrices
 

@@ -4,7 +4,7 @@ import daqp
 import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 
 _FREE = 1e30  # its infinity
 _EQUALITY = 5  # its `sense` of an equality

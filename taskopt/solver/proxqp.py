@@ -6,7 +6,7 @@ import numpy as np
 from proxsuite import proxqp
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 
 _STATUS = {
     proxqp.PROXQP_SOLVED: Status.SOLVED,

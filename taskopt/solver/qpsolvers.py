@@ -8,7 +8,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import NotInstalled
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.solver.sparse import compressed
 
 _OPTIONS = {  # its own name of the tolerance, or none

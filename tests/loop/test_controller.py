@@ -17,7 +17,8 @@ from taskopt import (
     Stack,
 )
 from taskopt.errors import InvalidValue, NotSolved, UnknownName
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario

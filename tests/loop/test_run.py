@@ -19,7 +19,8 @@ from taskopt import (
     Stack,
 )
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import Step, run
 from taskopt.resolver.active_set.resolver import ActiveSet

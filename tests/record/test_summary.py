@@ -8,7 +8,7 @@ import pytest
 
 from taskopt import JointTask, JointVelocityLimit, PositionTask, Scenario, Stack
 from taskopt.compare import Comparison
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.task import During
 from taskopt.loop.run import run

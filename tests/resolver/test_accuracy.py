@@ -12,7 +12,7 @@ from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.collision.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction

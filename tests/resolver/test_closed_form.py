@@ -9,7 +9,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import NONE, ConstantDamping
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form import (
     damped_inverse,
     gradient_motion,

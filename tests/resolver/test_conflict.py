@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.infeasible import Side, conflict
 from taskopt.resolver.registry import resolver

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
 from taskopt.resolver.cvxpy_model import Restated

@@ -5,7 +5,7 @@ import pytest
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.hqp import HierarchicalQP

@@ -5,7 +5,8 @@ import pytest
 
 from taskopt.hierarchy.damping import Chiaverini
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.review import TickReview

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from taskopt import Controller, Hierarchy, JointTask, JointVelocityLimit, Level, Scenario, Stack
 from taskopt.errors import Infeasible, InvalidValue, MissingFile, NotSolved, UnknownName
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.limit import JointAccelerationLimit
 from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.infeasible import agree
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.unanswered import unanswered

@@ -5,7 +5,7 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.flatten import flatten
 from taskopt.resolver.hqp import HierarchicalQP

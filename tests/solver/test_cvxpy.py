@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from taskopt.arrays import Array
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form import (
     damped_inverse,
     null_space_motion,

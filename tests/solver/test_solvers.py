@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from taskopt.errors import NotInstalled, UnknownName
 from taskopt.hierarchy.kkt import kkt_residuals
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.solver.registry import Solver, solver, solvers
 
 INSTALLED = [row for row in solvers() if row.installed]

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.summary_panel import CARD
 from taskopt.record.viewer.active_timeline import EVENTS
+from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.clearance import least_line, margin_line, pair_line
 from taskopt.record.viewer.palette import part, slug
-from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.plots import UNITS, compared, limit_rows, objective_terms, of, rows_in
+from taskopt.record.viewer.summary_panel import CARD
 from taskopt.record.viewer.writer import TIME
 from taskopt.record.violation import LimitGauge
 

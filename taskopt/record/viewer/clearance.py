@@ -5,6 +5,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.recorder import RunInfo
+from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.obstacles import declared_obstacles, draw_obstacles
 from taskopt.record.viewer.palette import (
@@ -19,7 +20,6 @@ from taskopt.record.viewer.palette import (
     resolver_colour,
     slug,
 )
-from taskopt.record.viewer.arrangement import Place
 from taskopt.record.viewer.plots import of
 from taskopt.record.viewer.writer import Stage
 

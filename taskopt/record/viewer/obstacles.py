@@ -10,8 +10,8 @@ from taskopt.arrays import Array
 from taskopt.kinematics.collision.coal import obstacle_object
 from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.palette import OBSTACLE, part
 from taskopt.record.viewer.arrangement import Place
+from taskopt.record.viewer.palette import OBSTACLE, part
 from taskopt.record.viewer.plots import objective_terms
 from taskopt.record.viewer.robot3d import archetype
 from taskopt.record.viewer.writer import Stage

@@ -9,8 +9,8 @@ from taskopt.arrays import Array
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.palette import TARGET, colours, part
 from taskopt.record.viewer.arrangement import Place
+from taskopt.record.viewer.palette import TARGET, colours, part
 from taskopt.record.viewer.writer import Stage
 
 _LENGTH = 0.35  # of a cone, as a share of the scene

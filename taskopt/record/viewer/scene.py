@@ -9,9 +9,9 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import log3
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
+from taskopt.record.viewer.arrangement import place_for
 from taskopt.record.viewer.obstacles import corners, declared_obstacles
 from taskopt.record.viewer.palette import ELLIPSOID, ERROR, TARGET, colours, part, resolver_colour, slug
-from taskopt.record.viewer.arrangement import place_for
 from taskopt.record.viewer.plots import rows_in
 from taskopt.record.viewer.regions import Regions
 from taskopt.record.viewer.robot3d import RobotDrawing

@@ -5,13 +5,13 @@ from pathlib import Path
 from taskopt.record.batch import Batch
 from taskopt.record.manifest import manifest
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.summary_panel import CARD, Card
 from taskopt.record.viewer.active_timeline import Lanes
 from taskopt.record.viewer.blueprint import blueprint
 from taskopt.record.viewer.clearance import Clearance
 from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.plots import Series
 from taskopt.record.viewer.scene import Scene
+from taskopt.record.viewer.summary_panel import CARD, Card
 from taskopt.record.viewer.writer import Stage
 from taskopt.record.violation import LimitGauge
 

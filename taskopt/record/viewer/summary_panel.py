@@ -7,8 +7,8 @@ import numpy as np
 
 from taskopt.loop.run import tracking_error
 from taskopt.record.batch import Batch
-from taskopt.record.summary import Continuity
 from taskopt.record.recorder import RunInfo
+from taskopt.record.summary import Continuity
 from taskopt.record.violation import LimitGauge
 
 CARD = "/run/card"

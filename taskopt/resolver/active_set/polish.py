@@ -3,7 +3,8 @@
 It is kept apart from the raw answer everywhere: solvers are compared by the raw one.
 """
 
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory
 

@@ -14,7 +14,8 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.certificate import TOLERANCE, certify_kernel
 from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.fast_path import ACCEPTED, AGAIN, REFUSED, normal_tick
 from taskopt.resolver.active_set.linalg import copy_into

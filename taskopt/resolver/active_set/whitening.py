@@ -12,7 +12,8 @@ from scipy.linalg import solve_triangular
 from taskopt.arrays import Array
 from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, prove_again
 from taskopt.resolver.review import TickReview
 

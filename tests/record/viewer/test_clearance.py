@@ -20,13 +20,13 @@ from taskopt.record.batch import Batch
 from taskopt.record.log import Log
 from taskopt.record.reading import read_table
 from taskopt.record.recorder import Gatherer, RunInfo
-from taskopt.record.viewer.summary_panel import Card
 from taskopt.record.viewer.clearance import least_line, margin_line, nearest, pair_line
 from taskopt.record.viewer.obstacles import corners, declared_obstacles
 from taskopt.record.viewer.palette import BROKEN, NEAR, UPPER
 from taskopt.record.viewer.plots import of, pair_rows, priced_lines
 from taskopt.record.viewer.scene import Scene
 from taskopt.record.viewer.sink import StreamSink
+from taskopt.record.viewer.summary_panel import Card
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.registry import resolver
 from tests.helpers.rrd import batches, entities, layout_words, rows_of, written_in_pieces

@@ -9,8 +9,8 @@ from taskopt.kinematics.task import BoxTask, During, GazeTask
 from taskopt.loop.run import run
 from taskopt.record.batch import Batch
 from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.palette import part
 from taskopt.record.viewer.arrangement import Place
+from taskopt.record.viewer.palette import part
 from taskopt.record.viewer.regions import Regions, cone_lines
 from taskopt.resolver.active_set.resolver import ActiveSet
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from taskopt.record.viewer import blueprint as layout
 from taskopt.record.batch import Batch
+from taskopt.record.viewer import blueprint as layout
 from taskopt.record.viewer.plots import compared, of, priced_lines
 from taskopt.record.viewer.sink import StreamSink
 from tests.helpers.rrd import batches, entities, layout_words, rows_of, written_in_pieces

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Resolution, Status
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.hqp import HierarchicalQP

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from taskopt.arrays import Array
 from taskopt.hierarchy.certificate import certify
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy

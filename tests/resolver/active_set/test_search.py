@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taskopt import Hierarchy, Level
-from taskopt.hierarchy.resolution import Status
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 
 

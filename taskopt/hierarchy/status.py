@@ -1,0 +1,15 @@
+"""What a resolver, or a solver, says of its own answer."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """What a resolver says of its own answer; the value is the advice. A claim, not a proof."""
+
+    SOLVED = "it claims an optimum; the certificate decides"
+    FORMULA = "a closed form that knows no limits; it claims nothing"
+    ITERATION_LIMIT = "it stopped before it was done; scale the rows, or ask for less accuracy"
+    INFEASIBLE = "the hard limits contradict each other; relax one of them"
+    RELAXED = "the optimum after hard limits that contradict each other gave way; its notes say by how much"
+    BRAKED = "the hard limits contradict each other, and it brakes to standstill; its notes say which"
+    FAILED = "it gave up, or its answer is not a number; look at the rows it was given"
