@@ -104,7 +104,7 @@ def panda() -> tuple[Robot, Array, str]:
 
 def panda_levels(hand: Latest) -> list[list]:
     return [
-        [FrameTask("panda_hand_tcp", reference=hand, gain=GAIN)],
+        [FrameTask("panda_hand_tcp", target=hand, gain=GAIN)],
         [JointTask(gain=GAIN, weight=weights("W1")["posture"])],
     ]
 
@@ -121,7 +121,7 @@ def talos_levels(hand: Latest) -> list[list]:
     feet = [FrameTask(foot, gain=GAIN, weight=weights("W2")["feet"]) for foot in FEET]
     return [
         feet,
-        [FrameTask("gripper_right_base_link", reference=hand, gain=GAIN), CentreOfMassTask(gain=GAIN)],
+        [FrameTask("gripper_right_base_link", target=hand, gain=GAIN), CentreOfMassTask(gain=GAIN)],
         [JointTask(gain=GAIN, weight=weights("W2")["posture"])],
     ]
 

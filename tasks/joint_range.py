@@ -16,7 +16,7 @@ scenario = Scenario(
     q0=[pi, -pi / 2, -pi / 2],
     stack=Stack(
         levels=[
-            [PositionTask("tip", reference=circle, gain=500.0, axes="xy")],
+            [PositionTask("tip", target=circle, gain=500.0, axes="xy")],
             [GradientTask(JointRange(), gain=250.0)],
         ]
     ),

@@ -13,7 +13,7 @@ scenario = Scenario(
     q0=[0.415, 0.655, -1.706],
     stack=Stack(
         levels=[
-            [PositionTask("tip", reference=past, gain=100.0, axes="xy")],
+            [PositionTask("tip", target=past, gain=100.0, axes="xy")],
             [GradientTask(Manipulability("tip", axes="xy"), gain=10.0)],
         ]
     ),

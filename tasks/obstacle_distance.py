@@ -15,7 +15,7 @@ scenario = Scenario(
     q0=[0.56, 0.796, 1.289, -1.332],
     stack=Stack(
         levels=[
-            [PositionTask("tip", reference=line, gain=100.0, axes="xy")],
+            [PositionTask("tip", target=line, gain=100.0, axes="xy")],
             [GradientTask(away, gain=2.0)],
         ]
     ),

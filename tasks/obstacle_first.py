@@ -23,7 +23,7 @@ from taskopt import (
 line = Line(by=(0.0, -0.8, 0.0), duration=3.0)  # [m], [s]
 away = ObstacleDistance([Sphere((1.05, 0.0, 0.0), 0.1, name="object")])
 clear = ObjectiveTask(away, at_least=0.02, gain=10.0, name="clear")
-path = PositionTask("tip", reference=line, gain=5.0, axes="xy", name="path")
+path = PositionTask("tip", target=line, gain=5.0, axes="xy", name="path")
 
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.3], radius=0.02),

@@ -19,7 +19,7 @@ from taskopt import (
 )
 
 circle = Circle(radius=0.2, period=2.0, toward=(-1, 0, 0), along=(0, 0, 1))  # [m], [s]
-hand = FrameTask("panda_hand", reference=circle, gain=20.0)  # [1/s]
+hand = FrameTask("panda_hand", target=circle, gain=20.0)  # [1/s]
 climb = GradientTask(5.0 * JointRange() + 1.0 * Manipulability("panda_hand"))
 
 scenario = Scenario(

@@ -25,7 +25,7 @@ balls = [
     Sphere((0.55, 0.21, 0.58), 0.1, name="left ball"),
     Sphere((0.55, -0.19, 0.58), 0.1, name="right ball"),
 ]
-path = PositionTask("panda_hand", reference=Line(by=(0.51, 0.0, -0.1), duration=3.0), gain=5.0, name="path")
+path = PositionTask("panda_hand", target=Line(by=(0.51, 0.0, -0.1), duration=3.0), gain=5.0, name="path")
 hold = OrientationTask("panda_hand", gain=2.0, weight=1e-4, name="orientation")
 clear = [ObstacleLimit(balls, gain=0.02), SelfCollisionLimit()]
 

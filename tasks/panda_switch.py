@@ -20,8 +20,8 @@ from taskopt import (
 
 hand = "panda_hand"
 circle = Circle(radius=0.1, period=2.0)  # [m], [s]
-draw = PositionTask(hand, name="circle", reference=circle, gain=10.0)  # [1/s]
-visit = PositionTask(hand, name="point", reference=(0.5, 0.2, 0.5), gain=3.0)  # [m]
+draw = PositionTask(hand, name="circle", target=circle, gain=10.0)  # [1/s]
+visit = PositionTask(hand, name="point", target=(0.5, 0.2, 0.5), gain=3.0)  # [m]
 upright = OrientationTask(hand, name="upright", gain=10.0)
 
 scenario = Scenario(

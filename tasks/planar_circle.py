@@ -19,7 +19,7 @@ scenario = Scenario(
     q0=[np.pi, -np.pi / 2, -np.pi / 2],
     stack=Stack(
         levels=[
-            [PositionTask("tip", reference=circle, gain=500.0, axes="xy")],
+            [PositionTask("tip", target=circle, gain=500.0, axes="xy")],
             [GradientTask(bent, gain=50.0)],
         ]
     ),

@@ -13,7 +13,7 @@ scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.5], lower=-3.0, upper=3.0, velocity=3.0, radius=0.02),
     q0=[-0.9, 0.5, 0.4],
     stack=Stack(
-        levels=[[PositionTask("tip", reference=(0.3, 1.2, 0.0), gain=8.0, axes="xy")]],
+        levels=[[PositionTask("tip", target=(0.3, 1.2, 0.0), gain=8.0, axes="xy")]],
         limits=[
             JointAccelerationLimit(10.0, velocity=1.0),  # [rad/s²], [rad/s]
             ObstacleLimit(ball, margin=0.05, influence=0.2, gain=0.05),  # [m]

@@ -22,7 +22,7 @@ scenario = Scenario(
             [
                 PositionTask(
                     "tip",
-                    reference=Line(by=[0.0, -0.4, 0.0], duration=2.0, timing="sinusoidal"),
+                    target=Line(by=[0.0, -0.4, 0.0], duration=2.0, timing="sinusoidal"),
                     gain=100.0,
                     axes="xy",
                 )

@@ -24,7 +24,7 @@ def rate(t: float) -> np.ndarray:
     return np.array(across if t < 1.5 else [-0.2 * np.cos(angle), -0.2 * np.sin(angle), 0.0])
 
 
-tip = PositionTask("tip", reference=Function(target, derivative=rate), gain=10.0, axes="xy")
+tip = PositionTask("tip", target=Function(target, derivative=rate), gain=10.0, axes="xy")
 
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5]),

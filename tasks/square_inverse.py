@@ -13,7 +13,7 @@ scenario = Scenario(
     robot=Robot.load("panda", lock=held),
     q0=[0.3, -0.4, -2.2, 0.0, 1.8, 0.8],
     stack=Stack(
-        levels=[[FrameTask("panda_hand", reference=circle, gain=20.0)]],  # [1/s]
+        levels=[[FrameTask("panda_hand", target=circle, gain=20.0)]],  # [1/s]
         limits=[JointPositionLimit(), JointVelocityLimit()],
     ),
     duration=4.0,

@@ -14,7 +14,7 @@ scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.5]),
     q0=[np.pi, -np.pi / 2, -np.pi / 2],
     stack=Stack(
-        levels=[[PositionTask("tip", reference=circle, gain=500.0, axes="xy")]],
+        levels=[[PositionTask("tip", target=circle, gain=500.0, axes="xy")]],
         norm=[20.0, 1.0, 1.0],
     ),
     duration=4.0,

@@ -35,7 +35,7 @@ def scenario(*limits: object, duration: float = 0.2) -> Scenario:
     return Scenario(
         robot=planar_arm([0.5, 0.5, 0.5], lower=-0.4, upper=0.65, velocity=1.5),
         q0=[0.3, 0.6, 0.5],
-        stack=Stack([[PositionTask("tip", reference=PATH, gain=50.0, axes="xy")], [JointTask()]], limits),
+        stack=Stack([[PositionTask("tip", target=PATH, gain=50.0, axes="xy")], [JointTask()]], limits),
         duration=duration,
     )
 

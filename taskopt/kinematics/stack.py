@@ -180,8 +180,8 @@ class Plan:
         """Raise `InvalidValue` that names what is not finite."""
         self.robot.checked_q(self.configuration.q)
         for task in self.tasks:
-            if task.target is not None:
-                checked_pose(f"target of '{task.name}' at t = {t:.6g} s", task.target)
+            if task.desired is not None:
+                checked_pose(f"target of '{task.name}' at t = {t:.6g} s", task.desired)
         h = self.hierarchy
         for block in self.layout.blocks:
             parts = h.A[block.rows], h.lower[block.rows], h.upper[block.rows]

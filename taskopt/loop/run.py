@@ -101,7 +101,7 @@ def _tick(
             raise not_solved(resolver.name, resolution, when)
     v = resolution.v.copy()
     plan.moved(v)
-    poses = [(task.name, task.target, task.actual) for task in plan.tasks]
+    poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
     step = Step(
         resolver=resolver.name,

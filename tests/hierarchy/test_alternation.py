@@ -62,7 +62,7 @@ def test_what_binds_and_stays_does_not_chatter() -> None:
 def test_a_target_out_of_reach_is_the_rank_and_damping_it_helps_where_a_lower_gain_does_not(gain: float):
     """A stretched arm flips its joints from tick to tick, whatever the gain, until its level is damped."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
-    far = PositionTask("tip", reference=(1.8, 1.2, 0.0), gain=gain, axes="xy")
+    far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=gain, axes="xy")
     found = []
     for level in ([far], [far, LevelDamping(ConstantDamping(0.3))]):
         stack = Stack([level, [JointTask()]], [JointVelocityLimit()])

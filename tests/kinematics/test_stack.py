@@ -17,12 +17,12 @@ from tests.helpers.moving import FRAMES, bound, generic_q, robot, tumbling
 DT = 1e-3
 
 
-def stack_of_everything(name, reference=None):
+def stack_of_everything(name, target=None):
     """A stack with every kind of task, in three levels."""
     frame = FRAMES[name]
     return Stack(
         levels=[
-            [FrameTask(frame, reference=reference or Hold(), gain=10.0, weight=(1.0, 0.1))],
+            [FrameTask(frame, target=target or Hold(), gain=10.0, weight=(1.0, 0.1))],
             [PositionTask(frame, axes="xy", gain=5.0), JointTask(gain=2.0, weight=1e-3)],
             [GradientTask(JointRange()), DampingTask(1e-6)],
         ],
@@ -53,7 +53,7 @@ class Corridor:
     name = None
     row_names, row_units, column = ("one",), ("rad/s",), (0,)
     weight, gain, error = np.ones(1), np.zeros(1), np.zeros(1)
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = False
 
     def default_name(self):
@@ -106,8 +106,8 @@ def test_the_compiled_tick_fills_what_each_task_fills_alone(name):
             np.testing.assert_allclose(hierarchy.upper[block.rows], rows.upper, atol=1e-13)
             np.testing.assert_array_equal(hierarchy.weight[block.rows], alone.weight)
             np.testing.assert_allclose(ready.error, alone.error, atol=1e-14)
-            if alone.target is not None:
-                np.testing.assert_allclose(ready.target, alone.target)
+            if alone.desired is not None:
+                np.testing.assert_allclose(ready.desired, alone.desired)
                 np.testing.assert_allclose(ready.actual, alone.actual)
 
 
@@ -183,7 +183,7 @@ def test_references_start_with_the_plan():
     """At the start e = 0; `start` anchors again, and the first `at` does so by itself."""
     of = robot("panda")
     circle = Circle(radius=0.1, period=2.0)
-    plan = Stack([[FrameTask("panda_hand", reference=circle)]]).compile(of, DT)
+    plan = Stack([[FrameTask("panda_hand", target=circle)]]).compile(of, DT)
     for q, t in ((generic_q(of, 0), 0.0), (generic_q(of, 1), 5.0)):
         if t:
             plan.start(q, t)
@@ -220,7 +220,7 @@ def test_a_latest_target_moves_between_ticks():
     """b = K e with the value set last, and with its velocity as feedforward."""
     of = robot("panda")
     target = Latest()
-    task = PositionTask("panda_hand", reference=target, gain=10.0)
+    task = PositionTask("panda_hand", target=target, gain=10.0)
     plan = Stack([[task]]).compile(of, DT)
     q = generic_q(of, 0)
     np.testing.assert_allclose(plan.at(q, 0.0).lower, 0.0, atol=1e-13)
@@ -254,7 +254,7 @@ def test_a_target_that_is_not_finite_names_its_task(velocity, rate):
     of = robot("panda")
     target = Latest()
     reference = target if rate is None else Function(lambda t: [0.4, 0.0, 0.4], rate)
-    plan = Stack([[JointTask()], [FrameTask("panda_hand", reference=reference)]]).compile(of, DT)
+    plan = Stack([[JointTask()], [FrameTask("panda_hand", target=reference)]]).compile(of, DT)
     q = generic_q(of, 0)
     if rate is None:
         plan.at(q, 0.0)
@@ -316,7 +316,7 @@ def test_an_euler_loop_without_feedforward_lags_and_with_it_does_not():
     """ẋ_d is used: at gain K a circle is followed to O(dt), not with the lag ẋ_d/K."""
     of, dt, gain = robot("planar"), 1e-3, 20.0
     circle = Circle(radius=0.25, period=2.0, toward=(1, 0, 0), along=(0, 1, 0))
-    plan = Stack([[PositionTask("tip", reference=circle, axes="xy", gain=gain)]]).compile(of, dt)
+    plan = Stack([[PositionTask("tip", target=circle, axes="xy", gain=gain)]]).compile(of, dt)
     q = np.array([np.pi, -np.pi / 2, -np.pi / 2])
     worst = 0.0
     for i in range(1000):

@@ -170,7 +170,7 @@ def test_latest_keeps_a_copy():
 def test_what_is_no_pose_is_refused(kind, value, says):
     """NaN, mirror images, scaled axes and wrong shapes stop the first tick, and are named."""
     of = robot("panda")
-    plan = Stack([[FrameTask("panda_hand", reference=kind(value))]]).compile(of, 1e-3)
+    plan = Stack([[FrameTask("panda_hand", target=kind(value))]]).compile(of, 1e-3)
     with pytest.raises(InvalidValue, match=rf"(?s)target of 'panda_hand'.*{says}"):
         plan.at(of.posture("middle"), 0.0)
 

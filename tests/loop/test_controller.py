@@ -45,7 +45,7 @@ def test_the_latest_target_counts_from_the_next_step_on() -> None:
     """A target that is moved between steps is followed, and reached."""
     robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
     target = Latest()
-    stack = Stack([[FrameTask("panda_hand", reference=target, gain=50.0)]], [JointPositionLimit()])
+    stack = Stack([[FrameTask("panda_hand", target=target, gain=50.0)]], [JointPositionLimit()])
     control = Controller(robot, stack, dt=1e-2)
     q = robot.posture("default")
     assert np.abs(control.step(q, 0.0).v).max() < 1e-9

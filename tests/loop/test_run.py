@@ -29,7 +29,7 @@ from taskopt.resolver.base import Memory
 ARM = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
 START = [0.3, 0.6, 0.5]
 PATH = Circle(radius=0.1, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0))
-CIRCLE = FrameTask("tip", reference=PATH, gain=50.0, axes="xy", expressed="world")
+CIRCLE = FrameTask("tip", target=PATH, gain=50.0, axes="xy", expressed="world")
 
 
 def scenario(*limits: object, duration: float = 0.05, robot: Robot = ARM) -> Scenario:
@@ -156,8 +156,8 @@ def test_extreme_limits_are_kept_after_the_step() -> None:
 def test_floating_bases_run_on_their_manifold() -> None:
     """A robot with nq ≠ nv keeps a unit quaternion and follows its task."""
     robot = Robot.load("solo12")
-    reference = Circle(radius=0.02, period=1.0, toward=(0, 1, 0), along=(0, 0, 1))
-    task = FrameTask("base_link", reference=reference, gain=50.0)
+    target = Circle(radius=0.02, period=1.0, toward=(0, 1, 0), along=(0, 0, 1))
+    task = FrameTask("base_link", target=target, gain=50.0)
     made = Scenario(robot=robot, q0=robot.posture("standing"), stack=Stack([[task]]), duration=0.05, dt=1e-3)
     steps: list[Step] = list(run(made, ActiveSet()))
     assert abs(np.linalg.norm(steps[-1].q_next[3:7]) - 1.0) < 1e-12

@@ -23,7 +23,7 @@ def scenario() -> Scenario:
     """150 ticks around a circle; 0.9 rad/s is too little for a part of it."""
     tip = PositionTask(
         "tip",
-        reference=Circle(radius=0.2, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0)),
+        target=Circle(radius=0.2, period=1.0, toward=(-1, 0, 0), along=(0, 1, 0)),
         gain=50.0,
         axes="xy",
     )

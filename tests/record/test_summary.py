@@ -25,7 +25,7 @@ DT = 2e-3
 def scenario(blend: float) -> Scenario:
     """An arm whose tip is sent aside at 0.1 s."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
-    aside = During(PositionTask("tip", reference=(0.5, 0.9, 0.0), axes="xy"), begin=0.1, blend=blend)
+    aside = During(PositionTask("tip", target=(0.5, 0.9, 0.0), axes="xy"), begin=0.1, blend=blend)
     stack = Stack([[aside], [JointTask()]], [JointVelocityLimit()])
     return Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.5, dt=DT, name="aside")
 
@@ -60,7 +60,7 @@ def test_a_run_without_transitions_that_is_smooth_has_nothing_to_tell():
 def test_chatter_is_in_the_summary_and_on_the_card(monkeypatch):
     """A target out of reach: three limits by name, with the cause and what to do, and how many more."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
-    far = PositionTask("tip", reference=(1.8, 1.2, 0.0), gain=20.0, axes="xy")
+    far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=20.0, axes="xy")
     stack = Stack([[far], [JointTask()]], [JointVelocityLimit()])
     of = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.6, dt=DT, name="far")
     comparison = Comparison(of, [ActiveSet()])

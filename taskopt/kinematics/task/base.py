@@ -13,7 +13,7 @@ class BoundTask(Protocol):
 
     `error` is e = x_d − x of the last `fill`, unweighted, one number a row; `gain` K [1/s] is what
     multiplies it. `column[i]` is j where row i is e_j for good, else −1. Frame tasks have the name of
-    their `frame` and the poses `target` and `actual` (4, 4) of the last `fill`; elsewhere None.
+    their `frame` and the poses `desired` and `actual` (4, 4) of the last `fill`; elsewhere None.
     """
 
     name: str
@@ -28,7 +28,7 @@ class BoundTask(Protocol):
     @property
     def frame(self) -> str | None: ...
     @property
-    def target(self) -> Array | None: ...
+    def desired(self) -> Array | None: ...
     @property
     def actual(self) -> Array | None: ...
 

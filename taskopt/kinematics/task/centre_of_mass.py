@@ -24,12 +24,12 @@ class CentreOfMassTask:
     """Bring the centre of mass to c_d(t), rows [m] along the axes of the world: J_c v = ċ_d + K (c_d − c).
 
     J_c = Σ m_i J_i / Σ m_i, with J_i the Jacobian of the centre of mass of link i; what is fixed to the
-    world does not count. `reference` gives positions (3,). `gain` K [1/s] and `weight` (factor of
+    world does not count. `target` gives positions (3,). `gain` K [1/s] and `weight` (factor of
     ½‖·‖², [s²/m²]): one number, or three; `axes`:
     the rows taken, such as "xy". Raises `InvalidValue` for a robot without mass.
     """
 
-    reference: Any = field(default_factory=Hold)
+    target: Any = field(default_factory=Hold)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     axes: str | Sequence[bool] = field(default="xyz", kw_only=True)
@@ -48,7 +48,7 @@ class CentreOfMassTask:
             raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")
         rows = chosen_rows(self.axes, "xyz")
         gain, weight = gains(self.gain, 3)[rows], weights(self.weight, 3)[rows]
-        return BoundCentreOfMass(robot, name, as_reference(self.reference), rows, gain, weight)
+        return BoundCentreOfMass(robot, name, as_reference(self.target), rows, gain, weight)
 
 
 class BoundCentreOfMass:
@@ -74,11 +74,11 @@ class BoundCentreOfMass:
         self.use(np.zeros((_LINKS + 2 * len(parents), 6)))
         self.memory[_LINKS : _LINKS + len(parents), :4] = bodies
         self.gain[:] = gain
-        self.target[:] = self.actual[:] = np.eye(4)
+        self.desired[:] = self.actual[:] = np.eye(4)
 
     def use(self, memory: Array) -> None:
         m, self.memory = len(self._rows), memory
-        self.target, self.actual = memory[_TARGET : _TARGET + 4, :4], memory[_ACTUAL : _ACTUAL + 4, :4]
+        self.desired, self.actual = memory[_TARGET : _TARGET + 4, :4], memory[_ACTUAL : _ACTUAL + 4, :4]
         self.gain, self.error = memory[_GAIN, :m], memory[_ERROR, :m]
 
     def prepare(self, rows: LevelRows) -> None:
@@ -90,7 +90,7 @@ class BoundCentreOfMass:
         self._course = self._reference.start(self._space, pose, t)
 
     def aim(self, t: float) -> None:
-        self.memory[_MOVING, 0] = self._course(t, self.target, self.memory[_TWIST])
+        self.memory[_MOVING, 0] = self._course(t, self.desired, self.memory[_TWIST])
 
     def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
         self.aim(t)

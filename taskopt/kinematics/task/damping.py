@@ -45,7 +45,7 @@ class LevelDamping:
 class BoundLevelDamping:
     """As many rows as its level has directions; the plan says how many, and fills them last."""
 
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = True
 
     def __init__(self, damping: Damping, name: str, most: int) -> None:

@@ -26,7 +26,7 @@ class _OfFrame:
     """What the three tasks of a frame have in common; `_ROWS` are the letters of their rows."""
 
     frame: str
-    reference: Any = field(default_factory=Hold, kw_only=True)
+    target: Any = field(default_factory=Hold, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     name: str | None = field(default=None, kw_only=True)
@@ -42,7 +42,7 @@ class _OfFrame:
         mode = k.OWN if self.expressed == "own" else k.WORLD
         if mode == k.OWN and self._ROWS == "xyz":
             mode = k.POSITION
-        reference, gain = as_reference(self.reference), self._six(gains(self.gain, len(self._ROWS)))
+        reference, gain = as_reference(self.target), self._six(gains(self.gain, len(self._ROWS)))
         return BoundFrame(robot, name, self.frame, reference, mode, self._rows(), gain, self._weights())
 
     def _rows(self) -> IntArray:
@@ -74,7 +74,7 @@ class FrameTask(_OfFrame):
 
     `gain` K [1/s] and `weight` (factor of ½‖·‖², in [s²/m²], [s²/rad²]): one number, or six; a weight may
     also be a pair (position, orientation). `axes`: the rows taken, such as "xyz" or "xy y", or six truth
-    values, along the axes that the task is expressed in. `reference`: a `Reference`, or a pose to hold.
+    values, along the axes that the task is expressed in. `target`: a `Reference`, or a pose to hold.
     """
 
     axes: str | Sequence[bool] = field(default="xyzrpy", kw_only=True)
@@ -152,7 +152,7 @@ class BoundFrame:
 
     def use(self, memory: Array) -> None:
         self.memory = memory
-        self.target = memory[k.TARGET : k.TARGET + 4, :4]
+        self.desired = memory[k.TARGET : k.TARGET + 4, :4]
         self.actual = memory[k.ACTUAL : k.ACTUAL + 4, :4]
         self.error = memory[k.ERROR, : len(self.weight)]
         self._twist = memory[k.TWIST]
@@ -165,7 +165,7 @@ class BoundFrame:
         self._course = self._reference.start(self._space, at.pose(self.frame), t)
 
     def aim(self, t: float) -> None:
-        self.memory[k.MOVING, 0] = self._course(t, self.target, self._twist)
+        self.memory[k.MOVING, 0] = self._course(t, self.desired, self._twist)
 
     def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
         self.aim(t)

@@ -102,7 +102,7 @@ class GazeTask:
 class BoundBox:
     """Rows of the axes that have a closed side; `value` is p along them, `box` (2, 3) the sides [m]."""
 
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = False
 
     def __init__(
@@ -136,7 +136,7 @@ class BoundBox:
 class BoundGaze:
     """The one row of a line of sight; `value` is φ."""
 
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = False
     row_names, row_units, column = ("angle",), ("rad/s",), (-1,)
 

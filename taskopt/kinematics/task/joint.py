@@ -24,11 +24,11 @@ class JointTask:
 
     The difference is taken on the manifold: continuous joints go the short way round, and a free-flyer
     or ball joint, if named, has e = q_d ⊖ q and A its exact derivative. `joints`: names, by default all
-    with one degree of freedom. `reference`: a `Reference`, or a posture to hold, as a whole (nq,), one
+    with one degree of freedom. `target`: a `Reference`, or a posture to hold, as a whole (nq,), one
     number a joint, or a mapping. `gain` K [1/s] and `weight` (factor of ½‖·‖²): one number, or one a row.
     """
 
-    reference: Any = field(default_factory=Hold)
+    target: Any = field(default_factory=Hold)
     joints: Sequence[str] | None = field(default=None, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
@@ -56,7 +56,7 @@ class JointTask:
         kept = weight > 0.0
         gain = gains(self.gain, columns.size)[kept]
         kind = BoundPosture if (coordinates(robot)[columns, 0] == OTHER).any() else BoundJoints
-        return kind(robot, name, as_reference(self.reference), space, columns[kept], gain, weight[kept])
+        return kind(robot, name, as_reference(self.target), space, columns[kept], gain, weight[kept])
 
 
 def one_dof_joints(robot: Robot) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ class BoundJoints:
     """Joints with one degree of freedom: the rows are unit vectors, only b changes."""
 
     kind: str | None = "joints"
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = False
 
     def __init__(

@@ -47,7 +47,7 @@ class ObjectiveTask:
 class BoundObjective:
     """The row; `error` is what w lacks, 0 where it lacks nothing."""
 
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = False
     row_names: tuple[str, ...] = ("at least",)
     row_units: tuple[str, ...] = ("1/s",)

@@ -96,7 +96,7 @@ class BoundDuring:
         self._reach: dict[bool, float] = {}  # while it comes (True), and while it goes (False)
         self.name, self.row_names, self.row_units = inner.name, inner.row_names, inner.row_units
         self.column, self.weight, self.gain, self.error = inner.column, inner.weight, inner.gain, inner.error
-        self.frame, self.target, self.actual = inner.frame, inner.target, inner.actual
+        self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
         self.box, self.cone = getattr(inner, "box", None), getattr(inner, "cone", None)
 
     def prepare(self, rows: LevelRows) -> None:

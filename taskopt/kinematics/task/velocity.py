@@ -34,7 +34,7 @@ class DampingTask:
 class BoundVelocity:
     """Rows v = 0 for every velocity with a weight; written once."""
 
-    frame = target = actual = None
+    frame = desired = actual = None
     constant = True
 
     def __init__(self, robot: Robot, name: str, weight: ArrayLike) -> None:

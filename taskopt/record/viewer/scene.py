@@ -166,8 +166,8 @@ def _desired_paths(info: RunInfo) -> dict[str, Array]:
     for t in np.linspace(0.0, info.scenario.duration, _SAMPLES):
         plan.at(q0, float(t))
         for task in plan.tasks:
-            if task.target is not None and rows_in(task, "m").any():
-                paths.setdefault(task.name, []).append(task.target[:3, 3].copy())
+            if task.desired is not None and rows_in(task, "m").any():
+                paths.setdefault(task.name, []).append(task.desired[:3, 3].copy())
     return {name: np.array(points) for name, points in paths.items()}
 
 

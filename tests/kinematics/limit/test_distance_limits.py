@@ -153,7 +153,7 @@ def test_a_link_inside_the_margin_leaves(depth):
     """From inside the obstacle, at its surface, and at the margin itself, a task that leads out gets out."""
     arm = planar_arm([0.5, 0.3, 0.3], radius=0.02, velocity=2.0)
     obstacle = Sphere([0.95, 0.12 + depth, 0.0], 0.1)
-    down = PositionTask("tip", reference=[1.0, -0.3, 0.0], gain=5.0, axes="xy")
+    down = PositionTask("tip", target=[1.0, -0.3, 0.0], gain=5.0, axes="xy")
     stack = Stack(levels=[[down]], limits=[JointVelocityLimit(), ObstacleLimit([obstacle], margin=0.02)])
     plan, q, seen = stack.compile(arm, 1e-3), np.array([0.0, 0.0, 0.0]), []
     bound = ObstacleLimit([obstacle], margin=0.02).bind(arm, 1e-3)
@@ -204,7 +204,7 @@ def test_every_kind_of_resolver_takes_the_rows(resolver):
     """Empty rows, active rows and the box together: certified, and the same answer if they are strict."""
     arm = robot("panda")
     q = arm.posture("default")
-    pushed = PositionTask("panda_hand", reference=[0.5, 0.3, 0.6], gain=10.0)
+    pushed = PositionTask("panda_hand", target=[0.5, 0.3, 0.6], gain=10.0)
     at = Configuration(arm, q)
     obstacle = Sphere(at.pose("panda_hand")[:3, 3] + [0.0, 0.15, 0.0], 0.08)
     limits = [JointPositionLimit(), JointVelocityLimit(), ObstacleLimit([obstacle]), SelfCollisionLimit()]

@@ -37,9 +37,9 @@ def stack(at: Configuration, *damping: LevelDamping, norm: object = None, rest: 
     frame, rows = ("panda_hand", 6) if at.robot.name == "panda" else ("tip", 3)
     start, rate = at.pose(frame)[:3, 3], np.array([0.1, 0.2, -0.1, 0.3, 0.1, -0.2])[:rows]
     path = Function(lambda t: start + t * rate[:3], derivative=lambda t: rate)
-    hand = PositionTask(frame, reference=path, axes="xy")
+    hand = PositionTask(frame, target=path, axes="xy")
     if rows == 6:
-        hand = FrameTask(frame, reference=path, weight=(2.0, 0.5), expressed="world")
+        hand = FrameTask(frame, target=path, weight=(2.0, 0.5), expressed="world")
     return Stack([[hand, *damping], [JointTask(at.q + rest), *damping]], norm=norm)  # type: ignore[arg-type]
 
 

@@ -15,9 +15,7 @@ from tests.helpers.moving import generic_q, robot
 LIMITS = [JointPositionLimit(), JointVelocityLimit()]
 Q = generic_q(robot("panda"), 3)
 HOME = Configuration(robot("panda"), Q).pose("panda_hand")
-FAR = FrameTask(
-    "panda_hand", reference=HOME[:3, 3] + [0.3, 0.2, -0.2], gain=2.0, axes="xyz", expressed="world"
-)
+FAR = FrameTask("panda_hand", target=HOME[:3, 3] + [0.3, 0.2, -0.2], gain=2.0, axes="xyz", expressed="world")
 BOX = BoxTask("panda_hand", HOME[:3, 3] - 0.01, HOME[:3, 3] + 0.01, gain=2.0)
 FIRST = JointTask([0.5], joints=["panda_joint1"])
 REST = JointTask(generic_q(robot("panda"), 4), gain=1.0)
@@ -88,7 +86,7 @@ def test_a_task_holds_the_place_where_it_begins():
 @pytest.mark.parametrize("times", [{"begin": 0.1}, {"end": 0.1}])
 def test_a_task_that_asks_for_much_closes_in_from_as_far(times):
     """At a gain of 400 1/s the goal is far beyond ±10; reach follows unless it is declared too small."""
-    hurried = FrameTask("panda_hand", reference=HOME[:3, 3] + [0.1, 0.1, 0.0], gain=400.0, axes="xyz")
+    hurried = FrameTask("panda_hand", target=HOME[:3, 3] + [0.1, 0.1, 0.0], gain=400.0, axes="xyz")
     far = 400.0 * 0.1
     jumps = []
     for reach in (None, 0.1 * far):

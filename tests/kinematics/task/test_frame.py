@@ -14,13 +14,13 @@ from taskopt.kinematics.task import FrameTask, OrientationTask, PositionTask
 from tests.helpers.moving import FRAMES, bound, derivative_mismatch, generic_q, robot, tumbling
 
 TASKS = {
-    "pose, own": lambda f, r: FrameTask(f, reference=r, gain=7.0),
-    "pose, world": lambda f, r: FrameTask(f, reference=r, gain=7.0, expressed="world"),
-    "pose, masked": lambda f, r: FrameTask(f, reference=r, gain=7.0, axes="xz ry"),
-    "position, own": lambda f, r: PositionTask(f, reference=r, gain=7.0, expressed="own"),
-    "position, world": lambda f, r: PositionTask(f, reference=r, gain=7.0, axes="xy"),
-    "orientation, own": lambda f, r: OrientationTask(f, reference=r, gain=7.0),
-    "orientation, world": lambda f, r: OrientationTask(f, reference=r, gain=7.0, expressed="world"),
+    "pose, own": lambda f, r: FrameTask(f, target=r, gain=7.0),
+    "pose, world": lambda f, r: FrameTask(f, target=r, gain=7.0, expressed="world"),
+    "pose, masked": lambda f, r: FrameTask(f, target=r, gain=7.0, axes="xz ry"),
+    "position, own": lambda f, r: PositionTask(f, target=r, gain=7.0, expressed="own"),
+    "position, world": lambda f, r: PositionTask(f, target=r, gain=7.0, axes="xy"),
+    "orientation, own": lambda f, r: OrientationTask(f, target=r, gain=7.0),
+    "orientation, world": lambda f, r: OrientationTask(f, target=r, gain=7.0, expressed="world"),
 }
 TOLERANCE = 2e-8  # h² of the differences times third derivatives of order 100
 
@@ -43,7 +43,7 @@ def test_a_wrong_feedforward_is_caught():
         right.value,
         lambda t: np.tile(right.value(t)[:3, :3].T, (2, 1, 1)).reshape(6, 3) @ right.derivative(t)[:3],
     )
-    assert derivative_mismatch(FrameTask("panda_hand", reference=wrong), of, 0) > 1e-2
+    assert derivative_mismatch(FrameTask("panda_hand", target=wrong), of, 0) > 1e-2
 
 
 @pytest.mark.parametrize("kind", ["pose, own", "pose, world", "orientation, own", "orientation, world"])
@@ -67,7 +67,7 @@ def test_the_own_pose_rows_are_those_of_pinocchio():
     T = data.oMf[of.frame_id("panda_hand")]
     goal = T * pin.exp6(np.array([0.1, -0.2, 0.3, 1.0, -0.5, 0.8]))
     J = pin.computeFrameJacobian(of.model, data, q, of.frame_id("panda_hand"), pin.LOCAL)
-    task, rows = bound(FrameTask("panda_hand", reference=goal, gain=3.0), Configuration(of, q))
+    task, rows = bound(FrameTask("panda_hand", target=goal, gain=3.0), Configuration(of, q))
     X = goal.actInv(T)
     np.testing.assert_allclose(task.error, -pin.log6(X).vector, atol=1e-13)
     np.testing.assert_allclose(rows.A, pin.Jlog6(X) @ J, atol=1e-13)
@@ -81,7 +81,7 @@ def test_a_world_position_task_is_the_geometric_jacobian_of_the_chapter():
     at = Configuration(of, generic_q(of, 1))
     p, rate = np.array([0.4, 0.1, 0.5]), np.array([0.3, -0.2, 0.1])
     task, rows = bound(
-        PositionTask("panda_hand", reference=Function(lambda t: p, lambda t: rate), gain=[1, 2, 3]), at
+        PositionTask("panda_hand", target=Function(lambda t: p, lambda t: rate), gain=[1, 2, 3]), at
     )
     np.testing.assert_allclose(rows.A, at.jacobian("panda_hand")[:3], atol=1e-14)
     np.testing.assert_allclose(task.error, p - at.pose("panda_hand")[:3, 3], atol=1e-14)
@@ -93,8 +93,8 @@ def test_own_and_world_orientation_errors_are_one_rotation_vector_in_two_axes():
     of = robot("panda")
     at = Configuration(of, generic_q(of, 2))
     goal = tumbling(at.pose("panda_hand"), 3).value(0.0)
-    own, _ = bound(OrientationTask("panda_hand", reference=goal), at)
-    world, _ = bound(OrientationTask("panda_hand", reference=goal[:3, :3], expressed="world"), at)
+    own, _ = bound(OrientationTask("panda_hand", target=goal), at)
+    world, _ = bound(OrientationTask("panda_hand", target=goal[:3, :3], expressed="world"), at)
     R = at.pose("panda_hand")[:3, :3]
     np.testing.assert_allclose(R @ own.error, world.error, atol=1e-13)
     np.testing.assert_allclose(own.error, log3(R.T @ goal[:3, :3]), atol=1e-13)
@@ -111,7 +111,7 @@ def test_with_exact_feedforward_a_tracked_target_stays_tracked(seed, gain):
     shift = T @ np.linalg.inv(right.value(0.0))
     twist = np.kron(np.eye(2), shift[:3, :3])
     moved = Function(lambda t: shift @ right.value(t), lambda t: twist @ right.derivative(t))
-    task, rows = bound(FrameTask("panda_hand", reference=moved, gain=gain), at)
+    task, rows = bound(FrameTask("panda_hand", target=moved, gain=gain), at)
     assert np.abs(task.error).max() < 1e-12
     v = np.linalg.pinv(rows.A) @ rows.lower
     task.fill(Configuration(of, of.integrate(q, v, dt)), dt, rows)
@@ -125,7 +125,7 @@ def test_at_the_start_a_task_without_reference_asks_for_nothing(name):
     at = Configuration(of, generic_q(of, 3))
     task, rows = bound(FrameTask(FRAMES[name]), at)
     np.testing.assert_allclose(rows.lower, 0.0, atol=1e-14)
-    np.testing.assert_allclose(task.target, at.pose(FRAMES[name]), atol=1e-15)
+    np.testing.assert_allclose(task.desired, at.pose(FRAMES[name]), atol=1e-15)
     np.testing.assert_allclose(task.actual, at.pose(FRAMES[name]), atol=1e-15)
 
 
@@ -134,8 +134,8 @@ def test_a_mask_keeps_the_rows_of_the_whole_task():
     at = Configuration(robot("panda"), generic_q(robot("panda"), 4))
     goal = tumbling(at.pose("panda_hand"), 1)
     weight = [1, 2, 3, 4, 5, 6]
-    full, all_rows = bound(FrameTask("panda_hand", reference=goal, weight=weight), at)
-    part, rows = bound(FrameTask("panda_hand", reference=goal, weight=weight, axes="xz y"), at)
+    full, all_rows = bound(FrameTask("panda_hand", target=goal, weight=weight), at)
+    part, rows = bound(FrameTask("panda_hand", target=goal, weight=weight, axes="xz y"), at)
     keep = [0, 2, 5]
     assert part.row_names == ("x", "z", "rz")
     np.testing.assert_array_equal(rows.A, all_rows.A[keep])

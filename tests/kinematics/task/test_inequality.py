@@ -106,7 +106,7 @@ def test_a_hand_that_is_pulled_out_of_its_box_stays_at_the_edge(level):
     q = of.posture("default")
     start = Configuration(of, q).pose("panda_hand")[:3, 3]
     keep = BoxTask("panda_hand", start - 0.05, start + 0.05, gain=50.0)
-    pull = PositionTask("panda_hand", reference=start + [0.0, 0.15, 0.0], gain=5.0)
+    pull = PositionTask("panda_hand", target=start + [0.0, 0.15, 0.0], gain=5.0)
     levels = [[keep], [pull]] if level == 1 else [[pull], [keep]]
     control = Controller(of, Stack([*levels, [JointTask()]]), dt=dt)
     for k in range(400):

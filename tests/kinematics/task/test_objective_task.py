@@ -33,7 +33,7 @@ def test_an_objective_that_comes_first_is_kept_where_the_path_would_spoil_it() -
     q0 = [0.2, 1.2, 0.4]
     least = w.value(Configuration(of, np.array(q0))) - 0.05
     keep = ObjectiveTask(w, at_least=least, gain=10.0)
-    pull = PositionTask("tip", reference=[1.45, 0.0, 0.0], gain=8.0, axes="xy")
+    pull = PositionTask("tip", target=[1.45, 0.0, 0.0], gain=8.0, axes="xy")
     smallest = []
     for levels in ([[keep], [pull]], [[pull], [keep]]):
         made = Scenario(robot=of, q0=q0, stack=Stack(levels, [JointVelocityLimit()]), duration=1.0)

@@ -24,7 +24,7 @@ from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInv
 from taskopt.resolver.registry import resolver
 from tests.helpers.rrd import rows_of
 
-PAST = PositionTask("tip", reference=Line(by=(-1.2, 0.0, 0.0), duration=0.6), gain=10.0, axes="xy")
+PAST = PositionTask("tip", target=Line(by=(-1.2, 0.0, 0.0), duration=0.6), gain=10.0, axes="xy")
 
 
 def passing(*limits: object) -> Scenario:

@@ -40,7 +40,7 @@ WORLD = "/world/active-set"
 @pytest.fixture(scope="module")
 def near():
     """A line that leads into a ball: the optimiser stays 2 cm away, the closed form does not."""
-    line = PositionTask("tip", reference=Line(by=(0.0, -0.5, 0.0), duration=0.4), axes="xy", gain=10.0)
+    line = PositionTask("tip", target=Line(by=(0.0, -0.5, 0.0), duration=0.4), axes="xy", gain=10.0)
     turn = OrientationTask("tip", axes="y", name="turn")
     limits = [
         ObstacleLimit(OBSTACLES, MARGIN, INFLUENCE),
