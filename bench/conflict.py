@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 from taskopt import Hierarchy, Level
 from taskopt.arrays import Array
-from taskopt.resolver.infeasible import Conflict, Side, conflict
+from taskopt.resolver.infeasible import Conflict, Side, find_conflict
 
 JOINTS, UNSURE = 7, (1e-10, 1e-8)
 _EXACT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -79,11 +79,11 @@ def main() -> None:
     count = options.parse_args().problems
     rng, wrong, not_minimal, unsure = np.random.default_rng(0), 0, 0, 0
     times: dict[bool, list[float]] = {False: [], True: []}
-    conflict(problem(rng))
+    find_conflict(problem(rng))
     for _ in range(count):
         hierarchy = problem(rng)
         begin = perf_counter()
-        found = conflict(hierarchy)
+        found = find_conflict(hierarchy)
         times[found is not None].append(1e3 * (perf_counter() - begin))
         miss = least_violation(hierarchy)
         between = UNSURE[0] < miss < UNSURE[1]

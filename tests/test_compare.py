@@ -64,8 +64,8 @@ class Broken:
             resolution.status = Status.FAILED
         return resolution, memory
 
-    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
-        return resolver("active-set").twin(hierarchy)
+    def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
+        return resolver("active-set").closed_form(hierarchy)
 
 
 def test_resolvers_take_turns_and_start_from_the_same_rows() -> None:

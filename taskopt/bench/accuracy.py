@@ -96,7 +96,7 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
     bound = room * float(np.abs(exact).max())
     problem = damped_problem(J, v, k, bound)
     resolution, _ = answer(problem)
-    goal = exact if answer.strict else answer.twin(problem)
+    goal = exact if answer.strict else answer.closed_form(problem)
     if room < 1.0:
         goal, exact = _optimum(resolution.problem), _optimum(problem)
         if not (np.isfinite(goal).all() and np.isfinite(exact).all()):

@@ -22,7 +22,7 @@ from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.resolver.active_set.resolver import ActiveSet
-from taskopt.resolver.regret import leak, level_residuals
+from taskopt.resolver.regret import level_residuals, regret
 
 SPEED = 0.6  # [m/s]
 WEIGHTS = (1e-2, 1e-4)
@@ -53,7 +53,7 @@ def measure(cases: int, seed: int = 0) -> Iterator[tuple[Way, ...]]:
         answers = [strict.x, *(solve(problem)[0].x for problem in in_one_qp(hierarchy))]
         for way, x in zip(ways, answers, strict=True):
             way.residual.append(float(level_residuals(hierarchy, x)[0]))
-            way.leak.append(leak(hierarchy, x))
+            way.leak.append(regret(hierarchy, x))
         yield ways
 
 

@@ -11,12 +11,12 @@ from taskopt.kinematics.plan import fill_tick
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
 from taskopt.loop.run import not_solved, usable
-from taskopt.resolver.active_set.resolver import ActiveSet, concluded, new_history, resolve_kernel
+from taskopt.resolver.active_set.resolver import ActiveSet, new_history, packed, resolve_kernel
 from taskopt.resolver.base import Memory, Resolver
-from taskopt.resolver.policy import Policy, checked_policy
+from taskopt.resolver.fallback import ActiveSetWithFallback, conclude
+from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy, checked_policy
 from taskopt.resolver.registry import resolver as resolver_named
-from taskopt.resolver.review import TickReview
-from taskopt.resolver.settle import settle
+from taskopt.resolver.tick_review import TickReview
 
 
 class Controller:
@@ -33,18 +33,21 @@ class Controller:
         stack: Stack,
         resolver: str | Resolver = "active-set",
         dt: float = 1e-3,
-        on_conflict: Policy = "raise",
+        on_conflict: ConflictPolicy = "raise",
     ) -> None:
-        self._policy: Policy = checked_policy(on_conflict)
+        self._policy: ConflictPolicy = checked_policy(on_conflict)
         self.plan = stack.compile(robot, dt)
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
         self._robot, self._tells = robot, bool(self.plan.rate_limits)
         self._resolve = self._in_two
         layout, norm = self.plan.layout, self.plan.hierarchy.norm
         self._history, self._sizes = new_history(layout), (layout.width, layout.answer_size)
-        if isinstance(self.resolver, ActiveSet) and self.plan.in_one_call and norm.ndim == 1:
+        guarded = isinstance(self.resolver, ActiveSetWithFallback)
+        search = self.resolver.search if isinstance(self.resolver, ActiveSetWithFallback) else self.resolver
+        self._conclude = conclude if guarded else lambda resolution: resolution
+        if isinstance(search, ActiveSet) and self.plan.in_one_call and norm.ndim == 1:
             self._resolve = self._in_one_call
-            settings = self.resolver.shortcut, self.resolver.iterations
+            settings = search.shortcut, search.iterations
             self._arguments = *self.plan.tick, norm, *settings, self._history
         self._forget()
 
@@ -83,7 +86,9 @@ class Controller:
             return resolution
         self._forget()
         plan = self.plan
-        resolution = settle(self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when)
+        resolution = apply_conflict_policy(
+            self._policy, self.resolver, plan.hierarchy, resolution, plan.brakes(), when
+        )
         if not usable(resolution):
             raise not_solved(self.resolver.name, resolution, when)
         return resolution
@@ -108,7 +113,7 @@ class Controller:
             return Resolution(self.plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
         if code < 0:
             self.plan.blame(t)
-        return concluded(self.plan.hierarchy, answer, state, code, rounds)
+        return self._conclude(packed(self.plan.hierarchy, answer, state, code, rounds))
 
 
 @kernel_apart

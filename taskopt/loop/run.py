@@ -23,7 +23,7 @@ from taskopt.kinematics.collision.measure import Measured
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Memory, Resolver
-from taskopt.resolver.settle import settle
+from taskopt.resolver.infeasible import apply_conflict_policy
 
 ANSWERED = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
 KEPT = {Status.SOLVED: 1e-6, Status.ITERATION_LIMIT: TOLERANCE}  # relative, of what a hard limit allows
@@ -96,7 +96,9 @@ def _tick(
     kept = hierarchy.copy()
     if not usable(resolution):
         when = f"tick {index}, t = {t:.6g} s"
-        resolution = settle(scenario.on_conflict, resolver, kept, resolution, plan.brakes(), when)
+        resolution = apply_conflict_policy(
+            scenario.on_conflict, resolver, kept, resolution, plan.brakes(), when
+        )
         if not usable(resolution):
             raise not_solved(resolver.name, resolution, when)
     v = resolution.v.copy()
@@ -117,7 +119,7 @@ def _tick(
         errors={task.name: task.error.copy() for task in plan.tasks},
         targets={name: x_d.copy() for name, x_d, _ in framed},
         actuals={name: x.copy() for name, _, x in framed},
-        twin=resolver.twin(kept),
+        twin=resolver.closed_form(kept),
         distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
     )
     return step, memory

@@ -13,7 +13,7 @@ from taskopt.arrays import Array, positive
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
-from taskopt.resolver.policy import Policy, checked_policy
+from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
 
 SHELF = Path("tasks")
 
@@ -33,7 +33,7 @@ class Scenario:
     stack: Stack
     duration: float
     dt: float = 1e-3
-    on_conflict: Policy = "raise"
+    on_conflict: ConflictPolicy = "raise"
     name: str = ""
     description: str = ""
 

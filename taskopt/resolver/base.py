@@ -14,7 +14,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import ACCURACY, LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.review import TickReview
+from taskopt.resolver.tick_review import TickReview
 
 _COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy
 
@@ -24,14 +24,14 @@ class Memory(NamedTuple):
 
     A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
     `ranks`: what each level decided, the hard rows first, for those who decide it with hysteresis.
-    `before` is the active set of the tick before, and `swings` says that the last one was more like
-    the one two ticks before it than like `before`, so that the next will be like `before`.
+    `previous` is the active set of the tick before; `alternates`: the active set of tick k resembled that
+    of k − 2 more than that of k − 1, so that tick k + 1 is warm-started from `previous`.
     """
 
     state: StateArray
     ranks: tuple[int, ...] = ()
-    before: StateArray | None = None
-    swings: bool = False
+    previous: StateArray | None = None
+    alternates: bool = False
 
 
 def checked(memory: Memory | None, layout: Layout) -> Memory | None:
@@ -40,7 +40,7 @@ def checked(memory: Memory | None, layout: Layout) -> Memory | None:
         return None
     if not isinstance(memory, Memory):
         raise InvalidValue(f"memory must be what a resolver returned last, got {type(memory).__name__}")
-    for state in (memory.state, memory.before):
+    for state in (memory.state, memory.previous):
         if state is not None and not _is_state(state, layout.width):
             raise InvalidValue(
                 f"memory must hold -1, 0 or 1 for each of {layout.width} unknowns and rows, got {state!r}"
@@ -71,7 +71,7 @@ class Resolver(Protocol):
         """The answer, and what the next tick should be told."""
         ...
 
-    def twin(self, hierarchy: Hierarchy) -> Array:
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
         """x (n,) of the closed form of the same problem; it knows no inequality and no limit."""
         ...
 

@@ -33,7 +33,7 @@ class PseudoInverse:
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         return _formula(hierarchy, self.name, NONE, self.rule, memory)
 
-    def twin(self, hierarchy: Hierarchy) -> Array:
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
 
 
@@ -65,7 +65,7 @@ class DampedLeastSquares:
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         return _formula(hierarchy, self.name, self.damping, self.rule, memory)
 
-    def twin(self, hierarchy: Hierarchy) -> Array:
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
 
 

@@ -18,9 +18,9 @@ from taskopt.hierarchy.rank import RULE, RankRule, row_scale
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import ACCURACY, LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.accuracy import checked_accuracy, solve_to
 from taskopt.resolver.base import Memory, answered, checked, final_state
 from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
 from taskopt.resolver.level_qp import (
     PRICED,
     VIOLATED,
@@ -31,7 +31,7 @@ from taskopt.resolver.level_qp import (
     least_violation,
     split,
 )
-from taskopt.resolver.unanswered import unanswered, unless_broken
+from taskopt.resolver.solver_accuracy import checked_accuracy, solve_to
 from taskopt.solver.registry import solver
 
 
@@ -70,14 +70,14 @@ class HierarchicalQP:
         else:
             descent.finish()
         if not descent.feasible:
-            return unanswered(hierarchy, descent.status, descent.iterations)
+            return no_answer(hierarchy, descent.status, descent.iterations)
         x = descent.inverse @ descent.xi
         y = find_multipliers(hierarchy, x)
         state, levels = final_state(hierarchy, x, y), tuple(descent.accounts)
         done = descent.status, descent.iterations
-        return unless_broken(answered(hierarchy, x, y, state, *done, self.accuracy, levels))
+        return refuse_broken_claim(answered(hierarchy, x, y, state, *done, self.accuracy, levels))
 
-    def twin(self, hierarchy: Hierarchy) -> Array:
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
 
 

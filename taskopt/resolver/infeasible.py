@@ -1,29 +1,55 @@
-"""Which hard limits contradict each other, and by how much the least would have to give way.
+"""Contradicting hard limits: phase one, the conflict, the least relaxation, and the conflict policies.
 
-Phase one is our own: all hard bounds as one level of inequalities, in least squares. Its residual
-is zero if and only if the limits agree; if not, the residuals are a Farkas certificate, Aᵀ w = 0
-with w > 0, whose support holds a conflict, and the least relaxation in the Euclidean norm. Members
-that the rest can do without are then taken out one by one, so that what remains is minimal:
-removing any one of them makes it feasible. Chinneck (2008), "Feasibility and Infeasibility in
-Optimization", Sect. 6.2 (deletion filter).
+Whether the hard limits of a hierarchy contradict each other is decided here and nowhere else, because the
+status of a solver is only a claim. Phase one solves
+
+    min over x of ½ Σ_i max(a_iᵀ x − b_i, 0)²,
+
+in which every finite hard bound is one row a_iᵀ x ≤ b_i. The optimum is zero if and only if the limits
+can hold together. If it is positive, the gaps w_i = max(a_iᵀ x − b_i, 0) are a Farkas certificate,
+Σ w_i a_i = 0 with w ≥ 0 and bᵀ w < 0. Their support contains a conflict, and relaxing each bound by its
+gap is the least relaxation in the Euclidean norm. The conflict is made minimal by a deletion filter.
+
+Source: Chinneck (2008), "Feasibility and Infeasibility in Optimization", Sect. 6.2 (deletion filter).
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
+from taskopt.errors import Infeasible, UnknownName
+from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.base import Memory, Resolver, answered
 
 _AGREE = 1e-9  # relative to the row's norm and its bound: limits that miss each other by less agree
 _NONE = 1e-7  # of the largest gap: what is smaller is rounding
 _ROOM = 1e-6  # likewise: what relaxed limits get besides; no solver finds its way in a set thin as rounding
+_COUNTS = 1e-9  # [rad/s, m/s] a limit that is broken by less is kept
+PHASE_ONE_ITERATIONS = 5000  # factorisations; the rows of phase one are degenerate, so allow more than usual
+
+ConflictPolicy = Literal["raise", "relax", "brake"]
+"""What to do when hard limits contradict each other.
+
+"raise": raise `Infeasible`. "relax": let the limits give way by the least relaxation. "brake": slow down to
+standstill as hard as the acceleration limits allow.
+"""
 
 
 class Side(NamedTuple):
-    """One side of one hard limit: a · x ≤ bound (upper) or a · x ≥ bound (lower)."""
+    """One side of one hard limit: a · x ≤ bound ("upper") or a · x ≥ bound ("lower").
+
+    Attributes:
+        name: Name of the limit and of its row or unknown, such as "joint_velocity/joint1".
+        side: "lower" or "upper".
+        bound: The bound, in the unit of its row.
+        unit: Unit of the bound; "" where the unknowns are plain numbers.
+    """
 
     name: str
     side: str
@@ -31,106 +57,263 @@ class Side(NamedTuple):
     unit: str = ""
 
     def __str__(self) -> str:
-        return f"{self.name} {'≤' if self.side == 'upper' else '≥'} {_with(self.bound, 6, self.unit)}"
+        return f"{self.name} {'≤' if self.side == 'upper' else '≥'} {_with_unit(self.bound, 6, self.unit)}"
 
 
 @dataclass(frozen=True, eq=False)
 class Conflict:
     """A minimal set of hard limits that cannot hold together, and the least relaxation of all limits.
 
-    `members`: removing any one leaves a set that can hold. `relaxation`: by how much each side would
-    have to give way, least in the Euclidean norm, in the units of its row.
+    Attributes:
+        members: The sides in conflict. The set is minimal: without any one of them the others can hold.
+        relaxation: Pairs of a side and the amount (> 0, in the unit of its row) by which it has to give way
+            so that all limits can hold. The Euclidean norm of the amounts is the least possible.
     """
 
     members: tuple[Side, ...]
     relaxation: tuple[tuple[Side, float], ...]
 
     def __str__(self) -> str:
-        cannot = "; ".join(map(str, self.members))
+        members = "; ".join(map(str, self.members))
         least = ", ".join(
-            f"{side.name} {side.side} by {_with(gap, 3, side.unit)}" for side, gap in self.relaxation
+            f"{side.name} {side.side} by {_with_unit(gap, 3, side.unit)}" for side, gap in self.relaxation
         )
-        return f"these limits exclude each other: {cannot}; least relaxation: {least}"
+        return f"these limits exclude each other: {members}; least relaxation: {least}"
 
 
-def conflict(hierarchy: Hierarchy) -> Conflict | None:
-    """The conflict among the hard limits of a hierarchy, or None where they agree."""
-    sides, A, bound = _one_sided(hierarchy)
-    every = np.arange(len(sides))
-    gap = _gap(A, bound, every)
+def limits_agree(hierarchy: Hierarchy) -> bool:
+    """Return True if the hard limits of a hierarchy can hold together; run phase one alone.
+
+    Args:
+        hierarchy: Any hierarchy; its levels are ignored.
+
+    Returns:
+        False if every x breaks at least one hard limit by more than the tolerance of phase one.
+    """
+    sides, A, bound = _one_sided_limits(hierarchy)
+    return not _gaps(A, bound, np.arange(len(sides))).any()
+
+
+def find_conflict(hierarchy: Hierarchy) -> Conflict | None:
+    """Find a minimal set of hard limits that contradict each other.
+
+    The deletion filter starts from the sides that have a gap at the optimum of phase one. It removes one
+    side after the other and keeps a side out if the rest is still infeasible.
+
+    Args:
+        hierarchy: Any hierarchy; its levels are ignored.
+
+    Returns:
+        The conflict with the least relaxation of all limits, or None if the limits can hold together.
+
+    Source:
+        Chinneck (2008), "Feasibility and Infeasibility in Optimization", Sect. 6.2.
+    """
+    sides, A, bound = _one_sided_limits(hierarchy)
+    gap = _gaps(A, bound, np.arange(len(sides)))
     if not gap.any():
         return None
     relaxation = tuple((sides[i], float(gap[i])) for i in np.flatnonzero(gap))
     members = np.flatnonzero(gap)
     for candidate in list(members):
         rest = members[members != candidate]
-        if _gap(A, bound, rest).any():
+        if _gaps(A, bound, rest).any():
             members = rest
     return Conflict(tuple(sides[i] for i in members), relaxation)
 
 
-def agree(hierarchy: Hierarchy) -> bool:
-    """Whether the hard limits can hold together: phase one alone."""
-    sides, A, bound = _one_sided(hierarchy)
-    return not _gap(A, bound, np.arange(len(sides))).any()
+def relax(hierarchy: Hierarchy, conflict: Conflict) -> Hierarchy:
+    """Return a copy of a hierarchy whose hard limits have given way by the least relaxation.
 
+    Each bound b moves outwards by its gap plus `_ROOM` · max(1, |b|). Without that extra room the feasible
+    set would be as thin as rounding errors, and no solver could find a point in it.
 
-def relaxed(hierarchy: Hierarchy, found: Conflict) -> Hierarchy:
-    """A copy in which every side of the relaxation has given way, and 1e-6 more, so that there is room."""
-    result = hierarchy.copy()
-    n = result.n
-    moved = {(side.name, side.side): gap for side, gap in found.relaxation}
-    for i in range(n + result.limits.lower.size):
+    Args:
+        hierarchy: The hierarchy in which `conflict` was found.
+        conflict: Its conflict, see `find_conflict`.
+
+    Returns:
+        A hierarchy with memory of its own; only bounds of the box and of the hard rows differ.
+    """
+    relaxed = hierarchy.copy()
+    n = relaxed.n
+    gaps = {(side.name, side.side): gap for side, gap in conflict.relaxation}
+    for i in range(n + relaxed.limits.lower.size):
         for upper in (False, True):
-            name = hierarchy.bound_name(i, upper) if i < n else hierarchy.layout.row_names[i - n]
-            gap = moved.get((name, "upper" if upper else "lower"), 0.0)
+            gap = gaps.get((_limit_name(hierarchy, i, upper), "upper" if upper else "lower"), 0.0)
             if gap > 0.0:
-                box = result.box_upper if upper else result.box_lower
-                bounds, at = (box, i) if i < n else ((result.upper if upper else result.lower), i - n)
-                hair = _ROOM * max(1.0, abs(bounds[at]))
-                bounds[at] += gap + hair if upper else -gap - hair
-    return result
+                box = relaxed.box_upper if upper else relaxed.box_lower
+                rows = relaxed.upper if upper else relaxed.lower
+                bounds, at = (box, i) if i < n else (rows, i - n)
+                room = _ROOM * max(1.0, abs(bounds[at]))
+                bounds[at] += gap + room if upper else -gap - room
+    return relaxed
 
 
-def _with(value: float, digits: int, unit: str) -> str:
+def no_answer(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tuple[Resolution, Memory]:
+    """Return an answer with x = NaN, for a resolver that found no velocity that may be sent to a robot.
+
+    The status is INFEASIBLE if and only if phase one finds a contradiction. Solvers claim infeasibility of
+    programs that are only hard for them, and give up on programs that are infeasible.
+
+    Args:
+        hierarchy: The hierarchy without an answer.
+        status: The reason that the solver gave. It is replaced by INFEASIBLE if the limits contradict each
+            other, and by FAILED if the solver claimed INFEASIBLE of limits that agree.
+        iterations: Iterations that were spent.
+
+    Returns:
+        The resolution and a memory in which no row is active.
+    """
+    if not limits_agree(hierarchy):
+        status = Status.INFEASIBLE
+    elif status is Status.INFEASIBLE:
+        status = Status.FAILED
+    width = hierarchy.layout.width
+    multipliers = np.zeros((hierarchy.layout.level_count + 1, width))
+    state = np.zeros(width, dtype=np.int8)
+    return answered(hierarchy, np.full(hierarchy.n, np.nan), multipliers, state, status, iterations)
+
+
+def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, Memory]:
+    """Replace a claimed optimum that breaks a hard limit, if phase one says that every x must break one.
+
+    Args:
+        answer: What a resolver is about to return.
+
+    Returns:
+        `no_answer` with the status INFEASIBLE in the case above; otherwise `answer` itself.
+    """
+    resolution = answer[0]
+    broken = float(resolution.certificate.residuals[:, RESIDUALS.index("primal")].max())
+    if not resolution.claimed or broken <= TOLERANCE or limits_agree(resolution.problem):
+        return answer
+    return no_answer(resolution.source, Status.INFEASIBLE, resolution.iterations)
+
+
+def checked_policy(name: str) -> ConflictPolicy:
+    """Return the conflict policy of a name.
+
+    Args:
+        name: "raise", "relax" or "brake".
+
+    Returns:
+        The same name, as a `ConflictPolicy`.
+
+    Raises:
+        UnknownName: There is no policy of that name.
+    """
+    for known in get_args(ConflictPolicy):
+        if known == name:
+            return known
+    raise UnknownName("policy for a conflict", name, get_args(ConflictPolicy))
+
+
+def apply_conflict_policy(
+    policy: ConflictPolicy,
+    resolver: Resolver,
+    hierarchy: Hierarchy,
+    answer: Resolution,
+    brakes: Array,
+    when: str,
+) -> Resolution:
+    """Decide what to send instead of an answer that may not be sent, if hard limits are the reason.
+
+    Args:
+        policy: See `ConflictPolicy`.
+        resolver: Resolves the relaxed hierarchy again under the policy "relax".
+        hierarchy: The hierarchy of this tick.
+        answer: The answer of the resolver, which may not be sent.
+        brakes: (n,) velocity [rad/s, m/s] that slows down as hard as the acceleration limits allow.
+        when: Time of the tick in words, for the message of the error.
+
+    Returns:
+        `answer` itself where phase one finds no contradiction. Otherwise an answer with the status RELAXED
+        (or what the resolver says of the relaxed hierarchy) or BRAKED, with notes that name the conflict.
+
+    Raises:
+        Infeasible: The policy is "raise" and the limits contradict each other. The error describes the
+            conflict and holds a copy of the hierarchy.
+    """
+    conflict = find_conflict(hierarchy)
+    if conflict is None:
+        return answer
+    if policy == "brake":
+        return _braked(hierarchy, brakes, conflict)
+    if policy == "raise":
+        raise Infeasible(f"{resolver.name} at {when}: {conflict}", hierarchy.copy())
+    result = resolver(relax(hierarchy, conflict))[0]
+    status = Status.RELAXED if result.status is Status.SOLVED else result.status
+    return result.replaced(status, (f"Relaxed, {conflict}.",))
+
+
+def _braked(hierarchy: Hierarchy, brakes: Array, conflict: Conflict) -> Resolution:
+    """Return the braking velocity as an answer whose notes name the conflict and the limits still broken."""
+    layout = hierarchy.layout
+    multipliers = np.zeros((layout.level_count + 1, layout.width))
+    state = np.zeros(layout.width, dtype=np.int8)
+    result = answered(hierarchy, brakes, multipliers, state, Status.BRAKED)[0]
+    return result.replaced(notes=(f"Braking, {conflict}.", *_broken_limits(hierarchy, brakes)))
+
+
+def _broken_limits(hierarchy: Hierarchy, v: Array) -> list[str]:
+    """Return one sentence with name and amount for each hard limit that v (n,) breaks."""
+    layout = hierarchy.layout
+    hard = layout.rows_of_level(0)
+    value = np.concatenate([v, hierarchy.A[hard] @ v])
+    above = value - np.concatenate([hierarchy.box_upper, hierarchy.upper[hard]])
+    below = np.concatenate([hierarchy.box_lower, hierarchy.lower[hard]]) - value
+    sentences = []
+    for i in np.flatnonzero(np.maximum(above, below) > _COUNTS):
+        name = _limit_name(hierarchy, int(i), bool(above[i] >= below[i]))
+        gap = _with_unit(max(above[i], below[i]), 3, layout.unit(int(i)))
+        sentences.append(f"The brakes break {name} by {gap}.")
+    return sentences
+
+
+def _limit_name(hierarchy: Hierarchy, i: int, upper: bool) -> str:
+    """Return the name of the bound on unknown i < n, or of the hard row i − n."""
+    n = hierarchy.n
+    return hierarchy.bound_name(i, upper) if i < n else hierarchy.layout.row_names[i - n]
+
+
+def _with_unit(value: float, digits: int, unit: str) -> str:
+    """Return a number with so many significant digits, followed by its unit if it has one."""
     return f"{value:.{digits}g} {unit}".rstrip()
 
 
-def _one_sided(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
-    """Every finite hard bound as a · x ≤ bound: its name, a (p, n) and bound (p,)."""
+def _one_sided_limits(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
+    """Return every finite hard bound as a · x ≤ b: its description, the rows a (p, n), and b (p,)."""
     n, hard = hierarchy.n, hierarchy.limits
+    rows = np.vstack([np.eye(n), hard.A])
+    lower = np.concatenate([hierarchy.box_lower, hard.lower])
+    upper = np.concatenate([hierarchy.box_upper, hard.upper])
     sides: list[Side] = []
-    rows, bounds = [], []
-    for i, row in enumerate(np.vstack([np.eye(n), hard.A])):
-        lower, upper = (
-            (hierarchy.box_lower[i], hierarchy.box_upper[i])
-            if i < n
-            else (hard.lower[i - n], hard.upper[i - n])
-        )
-        for sign, value in ((-1.0, lower), (1.0, upper)):
+    a, b = [], []
+    for i, row in enumerate(rows):
+        for sign, value in ((-1.0, lower[i]), (1.0, upper[i])):
             if np.isfinite(value):
-                name = hierarchy.bound_name(i, sign > 0) if i < n else hierarchy.layout.row_names[i - n]
-                sides.append(
-                    Side(name, "upper" if sign > 0 else "lower", float(value), hierarchy.layout.unit(i))
-                )
-                rows.append(sign * row)
-                bounds.append(sign * value)
-    return sides, np.array(rows).reshape(-1, n), np.array(bounds)
+                name, side = _limit_name(hierarchy, i, sign > 0), "upper" if sign > 0 else "lower"
+                sides.append(Side(name, side, float(value), hierarchy.layout.unit(i)))
+                a.append(sign * row)
+                b.append(sign * value)
+    return sides, np.array(a).reshape(-1, n), np.array(b)
 
 
-def _gap(A: Array, bound: Array, chosen: IntArray) -> Array:
-    """How far each side is from holding at the least-squares compromise among `chosen`, (p,); 0 elsewhere.
+def _gaps(A: Array, bound: Array, chosen: IntArray) -> Array:
+    """Solve phase one for the chosen rows of A x ≤ bound and return their gaps (p,), 0 for all other rows.
 
-    All zero where the largest counts as agreement. The small ones beside it do not: without them the
-    others may hold.
+    All gaps are zero if the largest one counts as agreement. Otherwise even small gaps are kept, since the
+    remaining rows may be able to hold without the row that has one.
     """
     gap = np.zeros(len(bound))
     if chosen.size:
-        rows, most = A[chosen], bound[chosen]
-        x = ActiveSet(iterations=5000)(Hierarchy([Level(rows, upper=most)]))[0].x
-        over = np.maximum(rows @ x - most, 0.0)
+        rows, upper = A[chosen], bound[chosen]
+        phase_one = Hierarchy([Level(rows, upper=upper)])
+        x = ActiveSet(iterations=PHASE_ONE_ITERATIONS)(phase_one)[0].x
+        over = np.maximum(rows @ x - upper, 0.0)
         size = np.linalg.norm(rows, axis=1)
         size[size == 0.0] = 1.0
-        if (over > _AGREE * np.maximum(size, np.abs(most))).any():
+        if (over > _AGREE * np.maximum(size, np.abs(upper))).any():
             gap[chosen] = np.where(over > _NONE * over.max(), over, 0.0)
     return gap

@@ -14,7 +14,7 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.accuracy import Solve
+from taskopt.resolver.solver_accuracy import Solve
 
 VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less is solver accuracy
 _DEAD = 1e-9  # a row that keeps less of itself in the null space moves nothing

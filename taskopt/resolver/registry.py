@@ -9,29 +9,25 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
-from taskopt.resolver.cvxpy_model import ENGINES, Restated
+from taskopt.resolver.cvxpy_model import CvxpyModel
+from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.weighted import WeightedQP
+from taskopt.solver.cvxpy import ENGINES
 from taskopt.solver.registry import solver, solvers
 
 DEFAULT = "active-set"
 
 
-def _active_set() -> Resolver:
-    from taskopt.resolver.active_set.resolver import ActiveSet  # its kernels take a moment to load
-
-    return ActiveSet()
-
-
 _ALONE: dict[str, Callable[[], Resolver]] = {
     "pinv": PseudoInverse,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
-    "active-set": _active_set,
+    "active-set": ActiveSetWithFallback,
 }
 _WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {
     "wqp": WeightedQP,
     "hqp": HierarchicalQP,
-    "cvxpy": Restated,
+    "cvxpy": CvxpyModel,
 }
 
 

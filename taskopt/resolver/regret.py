@@ -7,11 +7,11 @@ from taskopt.arrays import Array, finite
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.active_set.resolver import ActiveSet
-from taskopt.resolver.infeasible import conflict
+from taskopt.resolver.fallback import ActiveSetWithFallback
+from taskopt.resolver.infeasible import find_conflict
 
 
-def leak(hierarchy: Hierarchy, x: ArrayLike) -> Array:
+def regret(hierarchy: Hierarchy, x: ArrayLike) -> Array:
     """ℓ_k(x) = ‖d_k(x)‖_w − ‖d_k(x*)‖_w of each level, (levels,), in the units of its rows.
 
     x* is the lexicographic optimum, d_k what the rows of level k lack, and ‖d‖_w² = Σ w d². Above 0: the
@@ -21,9 +21,9 @@ def leak(hierarchy: Hierarchy, x: ArrayLike) -> Array:
     where the optimum could not be proven.
     """
     x = finite("x", x, (hierarchy.n,))
-    best = ActiveSet()(hierarchy)[0]
+    best = ActiveSetWithFallback()(hierarchy)[0]
     if best.status is Status.INFEASIBLE:
-        raise Infeasible(f"no level has an optimum: {conflict(hierarchy)}", hierarchy.copy())
+        raise Infeasible(f"no level has an optimum: {find_conflict(hierarchy)}", hierarchy.copy())
     if not best.certified():
         raise NotSolved(f"no leak without the optimum: {best.certificate}", best)
     return level_residuals(hierarchy, x) - level_residuals(hierarchy, best.x)

@@ -1,1 +1,1 @@
-"""Solvers of one quadratic program, a file each, and their table."""
+"""Solvers of one quadratic program: one file for each package, one line for each solver in `registry`."""

@@ -1,4 +1,4 @@
-"""Clarabel: an interior point. Goulart and Chen (2024), arXiv:2405.12762."""
+"""Clarabel, an interior-point solver. Source: Goulart and Chen (2024), arXiv:2405.12762."""
 
 from typing import Any
 
@@ -7,9 +7,9 @@ import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.solver.sparse import compressed
+from taskopt.solver.one_sided import compressed, one_sided
 
-clarabel: Any = package  # compiled: a type checker sees nothing in it
+clarabel: Any = package  # a compiled module without stubs: a type checker sees no names in it
 
 _STATUS = {
     "Solved": Status.SOLVED,
@@ -21,38 +21,46 @@ _STATUS = {
 
 
 def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
-    """Solve a convex program; bounds become rows a x + s = b with s = 0 or s ≥ 0."""
+    """Solve a convex program; see `taskopt.solver.base.Solve`.
+
+    Rows and box become cone constraints a x + s = b, with s = 0 for equalities and s ≥ 0 for bounds.
+
+    Args:
+        qp: The program.
+        accuracy: Feasibility tolerance that is asked for, at least 1e-12; the duality gap is asked to be its
+            square.
+
+    Returns:
+        The solution with its multipliers.
+    """
     C = np.vstack([qp.C, np.eye(qp.n)])
-    lower, upper = np.concatenate([qp.lower, qp.box_lower]), np.concatenate([qp.upper, qp.box_upper])
-    equal = np.flatnonzero(lower == upper)
-    above = np.flatnonzero((upper < np.inf) & (lower != upper))
-    below = np.flatnonzero((lower > -np.inf) & (lower != upper))
-    rows = np.vstack([C[equal], C[above], -C[below]])
-    sides = np.concatenate([upper[equal], upper[above], -lower[below]])
-    cones = [clarabel.ZeroConeT(len(equal)), clarabel.NonnegativeConeT(len(above) + len(below))]
-    cones = [cone for cone in cones if cone.dim]
+    rows = one_sided(C, np.concatenate([qp.lower, qp.box_lower]), np.concatenate([qp.upper, qp.box_upper]))
+    cones = [clarabel.ZeroConeT(len(rows.b)), clarabel.NonnegativeConeT(len(rows.h))]
     solver = clarabel.DefaultSolver(
-        compressed(np.triu(qp.H)), qp.g, compressed(rows), sides, cones, _settings(accuracy)
+        compressed(np.triu(qp.H)),
+        qp.g,
+        compressed(np.vstack([rows.A, rows.G])),
+        np.concatenate([rows.b, rows.h]),
+        [cone for cone in cones if cone.dim],
+        _settings(accuracy),
     )
     found = solver.solve()
     z = np.array(found.z)
-    y = np.zeros(len(C))
-    y[equal] = z[: len(equal)]
-    y[above] += z[len(equal) : len(equal) + len(above)]
-    y[below] -= z[len(equal) + len(above) :]
+    y = rows.multipliers(z[: len(rows.b)], z[len(rows.b) :], len(C))
     status = _STATUS.get(str(found.status), Status.FAILED)
     return Solution(np.array(found.x), y[: len(qp.C)], y[len(qp.C) :], status, found.iterations)
 
 
 def _settings(accuracy: float) -> Any:
+    """Return the settings for a feasibility tolerance."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False  # it drops rows with large bounds, and their multipliers with them
     settings.max_threads = 1
     settings.tol_feas = max(accuracy, 1e-12)
-    # Where a bound is met without a price, x is off by the root of the gap: ask for the square.
+    # At a bound whose multiplier is zero the error of x is the square root of the gap: ask for the square.
     settings.tol_gap_abs = settings.tol_gap_rel = max(accuracy**2, 1e-15)
-    # It seldom gets there, and calls what it has "almost solved" if it is better than this.
+    # It seldom gets there, and calls an answer "almost solved" if it is better than the reduced tolerances.
     reached = max(accuracy, 1e-10)
     settings.reduced_tol_feas = settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = reached
     return settings

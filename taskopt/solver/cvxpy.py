@@ -1,8 +1,12 @@
-"""CVXPY: the chapter's problems stated as it states them, as a check. Diamond and Boyd (2016), JMLR 17(83).
+"""The chapter's problems, stated in CVXPY as the chapter states them, to check the formulas with.
 
-A `Statement` is compiled once for its sizes, all data being parameters (disciplined parametrised
-programming, Agrawal et al. 2019), and solved again with new numbers. Nothing here knows how the rest of
-the package scales, projects or weighs. A solve takes milliseconds: a reference, not for a loop.
+A `Program` is compiled once for its sizes and solved again with new numbers, because all its data are
+parameters (disciplined parametrised programming). Nothing here knows how the rest of the package scales,
+projects or weighs rows, so that an agreement means something. A solve takes milliseconds, which is too much
+for a control loop. CVXPY takes most of a second to import and is therefore imported at the first program.
+
+Source: Diamond and Boyd (2016), JMLR 17(83); Agrawal et al. (2019), "Differentiable Convex Optimization
+Layers", NeurIPS, for the parameters.
 """
 
 import warnings
@@ -11,17 +15,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import cvxpy
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import NotSolved
 from taskopt.hierarchy.status import Status
 
-cp: Any = cvxpy  # its operators are typed for scalars, and read as matrices
-
 _TIGHT = {"eps_abs": 1e-11, "eps_rel": 0.0}
-_OPTIONS: dict[str, dict[str, Any]] = {
+_OPTIONS: dict[str, dict[str, float]] = {
     "clarabel": {
         "tol_feas": 1e-12,
         "tol_gap_abs": 1e-15,
@@ -37,119 +38,210 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "piqp": _TIGHT,
     "osqp": {**_TIGHT, "max_iter": 50000},
     "scs": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iters": 100000},
-    "highs": {"time_limit": 1.0},  # its quadratic method can go round for ever
+    "highs": {"time_limit": 1.0},  # [s] its quadratic method can cycle for ever
 }
-_STATUS = {
-    cp.OPTIMAL: Status.SOLVED,
-    cp.INFEASIBLE: Status.INFEASIBLE,
-    cp.INFEASIBLE_INACCURATE: Status.INFEASIBLE,
-    cp.OPTIMAL_INACCURATE: Status.ITERATION_LIMIT,
-    cp.USER_LIMIT: Status.ITERATION_LIMIT,
+ENGINES = tuple(_OPTIONS)  # the solvers that CVXPY can be asked to use
+_STATUS = {  # by the status strings of CVXPY
+    "optimal": Status.SOLVED,
+    "infeasible": Status.INFEASIBLE,
+    "infeasible_inaccurate": Status.INFEASIBLE,
+    "optimal_inaccurate": Status.ITERATION_LIMIT,
+    "user_limit": Status.ITERATION_LIMIT,
 }
 
 
 @dataclass(frozen=True, eq=False)
-class Stated:
-    """x (n,), the price (≥ 0) of each row of G x ≤ h, what the solver claims, and how long it went."""
+class ProgramSolution:
+    """What a solver found for a `Program`.
+
+    Attributes:
+        x: (n,) the unknowns, NaN where there is no answer.
+        multipliers: (rows of G,) multipliers ≥ 0 of G x ≤ h.
+        status: What the solver claims.
+        iterations: Iterations of the solver.
+    """
 
     x: Array
-    price: Array
+    multipliers: Array
     status: Status
     iterations: int
 
 
-class Statement:
-    """min cost(x) s.t. C x = c, G x ≤ h over x (n,); `parameters` are the data by name.
+class Program:
+    """min cost(x) subject to C x = c and G x ≤ h over x (n,), with all data as parameters.
 
-    `rows` are the numbers of rows of C and of G. Where there are none the constraint is left out.
+    Attributes:
+        x: The unknowns, a variable of CVXPY of size n.
+        parameters: The parameters by name: C, c, G, h, and what the cost asks for with `data`.
+        constraints: C x = c and G x ≤ h, each left out if it has no rows; more may be appended.
+        cost: The cost, a convex expression of CVXPY; set it before `compiled`.
     """
 
-    def __init__(self, n: int, rows: tuple[int, int]) -> None:
-        self.x: Any = cp.Variable(n)
-        self.parameters: dict[str, Any] = {}
-        held, kept = rows
-        self.constraints: list[Any] = []
-        if held:
-            self.constraints += [self.data("C", held, n) @ self.x == self.data("c", held)]
-        self._kept = self.data("G", kept, n) @ self.x <= self.data("h", kept) if kept else None
-        self.constraints += [self._kept] if kept else []
-        self.cost: Any = 0.0
+    def __init__(self, n: int, equalities: int, inequalities: int) -> None:
+        """Begin a program.
 
-    def data(self, name: str, *shape: int, **attributes: bool) -> Any:
-        """A parameter; its number comes with `solve`."""
-        self.parameters[name] = cp.Parameter(shape, **attributes)
+        Args:
+            n: Number of unknowns.
+            equalities: Number of rows of C.
+            inequalities: Number of rows of G.
+        """
+        self.x: Any = _cvxpy().Variable(n)
+        self.parameters: dict[str, Any] = {}
+        self.constraints: list[Any] = []
+        self.cost: Any = 0.0
+        self._inequalities = inequalities
+        self._bounds: Any = None
+        if equalities:
+            self.constraints += [self.data("C", equalities, n) @ self.x == self.data("c", equalities)]
+        if inequalities:
+            self._bounds = self.data("G", inequalities, n) @ self.x <= self.data("h", inequalities)
+            self.constraints += [self._bounds]
+
+    def data(self, name: str, *shape: int, nonneg: bool = False) -> Any:
+        """Return a new parameter; `solve` gives it its numbers.
+
+        Args:
+            name: Name under which `solve` is given the numbers.
+            shape: Shape of the parameter; none for a single number.
+            nonneg: Whether its entries are ≥ 0, which CVXPY must know of some factors.
+
+        Returns:
+            A parameter of CVXPY.
+        """
+        self.parameters[name] = _cvxpy().Parameter(shape, nonneg=nonneg)
         return self.parameters[name]
 
-    def stated(self) -> "Statement":
-        """The statement, finished: cost and constraints are all there."""
+    def compiled(self) -> "Program":
+        """Finish the program once cost and constraints are complete, and return it."""
+        cp = _cvxpy()
         self.problem: Any = cp.Problem(cp.Minimize(self.cost), self.constraints)
         return self
 
-    def solve(self, engine: str, values: Mapping[str, Array | float]) -> Stated:
-        """Solve with numbers for all parameters; values that no parameter asks for are passed over."""
+    def solve(self, engine: str, values: Mapping[str, Array | float]) -> ProgramSolution:
+        """Solve the program with numbers for all its parameters.
+
+        Args:
+            engine: Solver that CVXPY uses, one of `ENGINES`.
+            values: Numbers for each parameter by name; names that no parameter has are ignored.
+
+        Returns:
+            What the solver found. Nothing is warm-started: the same numbers give the same bits.
+        """
         for name, parameter in self.parameters.items():
             parameter.value = np.asarray(values[name], dtype=np.float64)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the status says it
             try:
                 self.problem.solve(solver=engine.upper(), warm_start=False, **_OPTIONS[engine])
-            except cp.error.SolverError:
-                return self._nothing(Status.FAILED, 0)
+            except _cvxpy().error.SolverError:
+                return self._without_answer(Status.FAILED, 0)
         status = _STATUS.get(self.problem.status, Status.FAILED)
-        if engine == "clarabel" and self.problem.status == cp.OPTIMAL_INACCURATE:
+        if engine == "clarabel" and self.problem.status == "optimal_inaccurate":
             status = Status.SOLVED  # to the reduced tolerances, which are ours
         iterations = int(self.problem.solver_stats.num_iters or 0)
-        if self.x.value is None or (self._kept is not None and self._kept.dual_value is None):
-            return self._nothing(status if status is not Status.SOLVED else Status.FAILED, iterations)
-        price = np.zeros(0) if self._kept is None else np.array(self._kept.dual_value).reshape(-1)
-        return Stated(np.array(self.x.value), price, status, iterations)
+        if self.x.value is None or (self._bounds is not None and self._bounds.dual_value is None):
+            status = Status.FAILED if status is Status.SOLVED else status
+            return self._without_answer(status, iterations)
+        dual = np.zeros(0) if self._bounds is None else np.array(self._bounds.dual_value).reshape(-1)
+        return ProgramSolution(np.array(self.x.value), dual, status, iterations)
 
-    def _nothing(self, status: Status, iterations: int) -> Stated:
-        kept = 0 if self._kept is None else self._kept.shape[0]
-        return Stated(np.full(self.x.shape, np.nan), np.zeros(kept), status, iterations)
-
-
-@lru_cache(maxsize=128)
-def least_norm_statement(n: int, held: int, kept: int) -> Statement:
-    """min ½ q̇ᵀ W q̇ s.t. J q̇ = v, the problem before (3.49); W = LᵀL is handed over as L."""
-    it = Statement(n, (held, kept))
-    it.cost = 0.5 * cp.sum_squares(it.data("L", n, n) @ it.x)
-    return it.stated()
+    def _without_answer(self, status: Status, iterations: int) -> ProgramSolution:
+        """Return x = NaN with a status that gives the reason."""
+        nothing = np.full(self.x.shape, np.nan)
+        return ProgramSolution(nothing, np.zeros(self._inequalities), status, iterations)
 
 
 @lru_cache(maxsize=128)
-def nearest_statement(n: int, held: int, kept: int) -> Statement:
-    """min ½ (q̇ − q̇₀)ᵀ (q̇ − q̇₀) s.t. J q̇ = v, the problem before (3.53)."""
-    it = Statement(n, (held, kept))
-    it.cost = 0.5 * cp.sum_squares(it.x - it.data("v0", n))
-    return it.stated()
+def least_norm_program(n: int, equalities: int, inequalities: int) -> Program:
+    """State min ½ q̇ᵀ W q̇ subject to J q̇ = v.
 
+    Args:
+        n: Number of joints.
+        equalities: Rows of J, whose numbers are the parameters C and c.
+        inequalities: Rows of G q̇ ≤ h.
 
-@lru_cache(maxsize=128)
-def damped_statement(n: int, rows: int, kept: int) -> Statement:
-    """min ½ (v − J q̇)ᵀ (v − J q̇) + ½ k² q̇ᵀ q̇, the problem after (3.59)."""
-    it = Statement(n, (0, kept))
-    missed = it.data("v", rows) - it.data("J", rows, n) @ it.x
-    it.cost = 0.5 * cp.sum_squares(missed) + 0.5 * cp.sum_squares(it.data("k", nonneg=True) * it.x)
-    return it.stated()
+    Returns:
+        The program; its cost asks for the parameter L (n, n) with W = Lᵀ L.
 
-
-@lru_cache(maxsize=128)
-def least_squares_statement(n: int, held: int, kept: int, rows: int, soft: int) -> Statement:
-    """min ½ Σ w (A x − b)² + ½ Σ w⁺ s², s ≥ S x − t: what a level lacks, squared and weighed.
-
-    r and √w stand apart, as a product of parameters would have to be compiled on every solve.
+    Source:
+        The problem before (3.49).
     """
-    it = Statement(n, (held, kept))
+    cp, program = _cvxpy(), Program(n, equalities, inequalities)
+    program.cost = 0.5 * cp.sum_squares(program.data("L", n, n) @ program.x)
+    return program.compiled()
+
+
+@lru_cache(maxsize=128)
+def nearest_program(n: int, equalities: int, inequalities: int) -> Program:
+    """State min ½ (q̇ − q̇₀)ᵀ (q̇ − q̇₀) subject to J q̇ = v.
+
+    Args:
+        n: Number of joints.
+        equalities: Rows of J, whose numbers are the parameters C and c.
+        inequalities: Rows of G q̇ ≤ h.
+
+    Returns:
+        The program; its cost asks for the parameter v0 (n,), which is q̇₀.
+
+    Source:
+        The problem before (3.53).
+    """
+    cp, program = _cvxpy(), Program(n, equalities, inequalities)
+    program.cost = 0.5 * cp.sum_squares(program.x - program.data("v0", n))
+    return program.compiled()
+
+
+@lru_cache(maxsize=128)
+def damped_program(n: int, rows: int, inequalities: int) -> Program:
+    """State min ½ (v − J q̇)ᵀ (v − J q̇) + ½ k² q̇ᵀ q̇.
+
+    Args:
+        n: Number of joints.
+        rows: Rows of J.
+        inequalities: Rows of G q̇ ≤ h.
+
+    Returns:
+        The program; its cost asks for the parameters J (rows, n), v (rows,) and k.
+
+    Source:
+        The problem after (3.59).
+    """
+    cp, program = _cvxpy(), Program(n, 0, inequalities)
+    missed = program.data("v", rows) - program.data("J", rows, n) @ program.x
+    damping = program.data("k", nonneg=True) * program.x
+    program.cost = 0.5 * cp.sum_squares(missed) + 0.5 * cp.sum_squares(damping)
+    return program.compiled()
+
+
+@lru_cache(maxsize=128)
+def least_squares_program(n: int, equalities: int, inequalities: int, rows: int, soft: int) -> Program:
+    """State min ½ Σ w (A x − b)² + ½ Σ u s² subject to s ≥ S x − t, C x = c and G x ≤ h.
+
+    The residuals are variables of their own, since a product of two parameters (√w and A) would have to be
+    compiled again at every solve.
+
+    Args:
+        n: Number of unknowns.
+        equalities: Rows of C.
+        inequalities: Rows of G.
+        rows: Rows of A.
+        soft: Rows of S.
+
+    Returns:
+        The program; it asks for the parameters A, b, root = √w, S, t and soft_root = √u besides C, c, G, h.
+    """
+    cp, program = _cvxpy(), Program(n, equalities, inequalities)
     if rows:
         r = cp.Variable(rows)
-        it.constraints += [it.data("A", rows, n) @ it.x - it.data("b", rows) == r]
-        it.cost += 0.5 * cp.sum_squares(cp.multiply(it.data("root", rows, nonneg=True), r))
+        program.constraints += [program.data("A", rows, n) @ program.x - program.data("b", rows) == r]
+        root = program.data("root", rows, nonneg=True)
+        program.cost += 0.5 * cp.sum_squares(cp.multiply(root, r))
     if soft:
         s = cp.Variable(soft)
-        it.constraints += [it.data("S", soft, n) @ it.x - it.data("t", soft) <= s]
-        it.cost += 0.5 * cp.sum_squares(cp.multiply(it.data("soft_root", soft, nonneg=True), s))
-    return it.stated()
+        program.constraints += [program.data("S", soft, n) @ program.x - program.data("t", soft) <= s]
+        soft_root = program.data("soft_root", soft, nonneg=True)
+        program.cost += 0.5 * cp.sum_squares(cp.multiply(soft_root, s))
+    return program.compiled()
 
 
 def least_norm(
@@ -159,51 +251,116 @@ def least_norm(
     bounds: tuple[Array, Array] | None = None,
     engine: str = "clarabel",
 ) -> Array:
-    """q̇ (n,) with J q̇ = v and least ½ q̇ᵀ W q̇ (3.50), W = I by default (3.51), within bounds (n,) each.
+    """Solve min ½ q̇ᵀ W q̇ subject to J q̇ = v and bounds; without bounds the answer is (3.50).
 
-    Raises `NotSolved`, as do the other two, where there is no such q̇ or the solver gives up.
+    Args:
+        J: (m, n) Jacobian.
+        v: (m,) task velocity [m/s, rad/s].
+        W: (n, n) symmetric positive definite, or its diagonal (n,); None for the identity, which gives (3.51).
+        bounds: Lower and upper bounds on q̇, (n,) each [rad/s]; None for none.
+        engine: Solver that CVXPY uses, one of `ENGINES`.
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Raises:
+        NotSolved: There is no such q̇, or the solver gave up.
+
+    Source:
+        The problem before (3.49).
     """
     m, n = J.shape
     root = np.eye(n) if W is None else np.linalg.cholesky(np.diag(W) if W.ndim == 1 else W).T
     L = np.asarray(root, dtype=np.float64)
-    G, h = within(bounds)
-    return _answer(least_norm_statement(n, m, len(h)), engine, {"C": J, "c": v, "L": L, "G": G, "h": h})
+    G, h = _bounds(bounds)
+    return _answer(least_norm_program(n, m, len(h)), engine, {"C": J, "c": v, "L": L, "G": G, "h": h})
 
 
 def nearest(
     J: Array, v: Array, v0: Array, bounds: tuple[Array, Array] | None = None, engine: str = "clarabel"
 ) -> Array:
-    """q̇ (n,) with J q̇ = v that is nearest to q̇₀ (n,) (3.54), within bounds."""
+    """Solve min ½ ‖q̇ − q̇₀‖² subject to J q̇ = v and bounds; without bounds the answer is (3.54).
+
+    Args:
+        J: (m, n) Jacobian.
+        v: (m,) task velocity [m/s, rad/s].
+        v0: (n,) the velocity q̇₀ to come near to [rad/s].
+        bounds: Lower and upper bounds on q̇, (n,) each [rad/s]; None for none.
+        engine: Solver that CVXPY uses, one of `ENGINES`.
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Raises:
+        NotSolved: There is no such q̇, or the solver gave up.
+
+    Source:
+        The problem before (3.53).
+    """
     m, n = J.shape
-    G, h = within(bounds)
-    return _answer(nearest_statement(n, m, len(h)), engine, {"C": J, "c": v, "v0": v0, "G": G, "h": h})
+    G, h = _bounds(bounds)
+    return _answer(nearest_program(n, m, len(h)), engine, {"C": J, "c": v, "v0": v0, "G": G, "h": h})
 
 
 def damped(
     J: Array, v: Array, k: float, bounds: tuple[Array, Array] | None = None, engine: str = "clarabel"
 ) -> Array:
-    """q̇ (n,) of damped least squares (3.59) with the damping factor k, within bounds."""
+    """Solve min ½ ‖v − J q̇‖² + ½ k² ‖q̇‖² within bounds; without bounds the answer is J* v (3.59).
+
+    Args:
+        J: (m, n) Jacobian.
+        v: (m,) task velocity [m/s, rad/s].
+        k: Damping factor.
+        bounds: Lower and upper bounds on q̇, (n,) each [rad/s]; None for none.
+        engine: Solver that CVXPY uses, one of `ENGINES`.
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Raises:
+        NotSolved: The bounds are empty, or the solver gave up.
+
+    Source:
+        The problem after (3.59).
+    """
     m, n = J.shape
-    G, h = within(bounds)
-    return _answer(damped_statement(n, m, len(h)), engine, {"J": J, "v": v, "k": k, "G": G, "h": h})
+    G, h = _bounds(bounds)
+    return _answer(damped_program(n, m, len(h)), engine, {"J": J, "v": v, "k": k, "G": G, "h": h})
 
 
-def within(bounds: tuple[Array, Array] | None) -> tuple[Array, Array]:
-    """lower ≤ x ≤ upper as rows G x ≤ h, one for each bound that is finite."""
-    if bounds is None:
-        return np.empty((0, 0)), np.empty(0)
-    lower, upper = (np.asarray(side, dtype=np.float64) for side in bounds)
-    return one_sided(np.eye(len(lower)), lower, upper)
+def as_inequalities(A: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Return lower ≤ A x ≤ upper as rows G x ≤ h, the finite upper bounds first.
 
+    Args:
+        A: (m, n) rows.
+        lower: (m,) lower bounds, −inf for none.
+        upper: (m,) upper bounds, inf for none.
 
-def one_sided(A: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
-    """lower ≤ A x ≤ upper as rows G x ≤ h, the upper ones first."""
+    Returns:
+        G (p, n) and h (p,). Unlike `one_sided` it makes two inequalities of an equality.
+    """
     above, below = upper < np.inf, lower > -np.inf
     return np.vstack([A[above], -A[below]]), np.concatenate([upper[above], -lower[below]])
 
 
-def _answer(statement: Statement, engine: str, values: Mapping[str, Array | float]) -> Array:
-    found = statement.solve(engine, values)
+def _bounds(bounds: tuple[Array, Array] | None) -> tuple[Array, Array]:
+    """Return bounds on x as rows G x ≤ h."""
+    if bounds is None:
+        return np.empty((0, 0)), np.empty(0)
+    lower, upper = (np.asarray(side, dtype=np.float64) for side in bounds)
+    return as_inequalities(np.eye(len(lower)), lower, upper)
+
+
+def _answer(program: Program, engine: str, values: Mapping[str, Array | float]) -> Array:
+    """Solve and return x; raise `NotSolved` unless the solver claims an optimum."""
+    found = program.solve(engine, values)
     if found.status is not Status.SOLVED:
         raise NotSolved(f"cvxpy/{engine}: {found.status.name.lower()}; {found.status.value}")
     return found.x
+
+
+def _cvxpy() -> Any:
+    """Import CVXPY when it is first needed; its operators are typed for scalars only, hence Any."""
+    import cvxpy
+
+    return cvxpy

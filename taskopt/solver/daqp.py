@@ -1,4 +1,7 @@
-"""DAQP: a dual active set. Arnström, Bemporad and Axehill (2022), IEEE Trans. Automatic Control 67(8)."""
+"""DAQP, a dual active-set solver.
+
+Source: Arnström, Bemporad and Axehill (2022), IEEE Trans. Automatic Control 67(8).
+"""
 
 import daqp
 import numpy as np
@@ -6,9 +9,9 @@ import numpy as np
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
 
-_FREE = 1e30  # its infinity
-_EQUALITY = 5  # its `sense` of an equality
-_PIVOT = 1e-14  # of the Gram matrix of rows; its default 1e-11 takes rows for parallel near a singularity
+_INFINITY = 1e30  # bounds of this size are no bounds to DAQP
+_EQUALITY = 5  # code of an equality in DAQP's argument `sense`
+_PIVOT = 1e-14  # smallest pivot of the Gram matrix of rows; see `sing_tol` in the manual of DAQP
 _STATUS = {
     1: Status.SOLVED,
     -1: Status.INFEASIBLE,
@@ -18,11 +21,22 @@ _STATUS = {
 
 
 def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
-    """Solve a strictly convex program; its own regularisation of a singular H is switched off."""
+    """Solve a strictly convex program; see `taskopt.solver.base.Solve`.
+
+    DAQP's own regularisation of a singular H is switched off, and its smallest pivot is set to 1e-14: with
+    the default of 1e-11 it takes rows for parallel near a singularity.
+
+    Args:
+        qp: The program; H must be positive definite.
+        accuracy: Primal and dual tolerance, clipped to [1e-13, 1e-6].
+
+    Returns:
+        The solution with its multipliers.
+    """
     tolerance = float(np.clip(accuracy, 1e-13, 1e-6))
     n = qp.n
-    upper = np.minimum(np.concatenate([qp.box_upper, qp.upper]), _FREE)
-    lower = np.maximum(np.concatenate([qp.box_lower, qp.lower]), -_FREE)
+    upper = np.minimum(np.concatenate([qp.box_upper, qp.upper]), _INFINITY)
+    lower = np.maximum(np.concatenate([qp.box_lower, qp.lower]), -_INFINITY)
     sense = np.where(lower == upper, _EQUALITY, 0).astype(np.intc)
     x, _, flag, info = daqp.solve(
         np.ascontiguousarray(qp.H),

@@ -1,5 +1,6 @@
-"""ProxQP: an augmented Lagrangian. Bambade, Schramm, El-Kazdadi, Caron, Taylor and Carpentier (2025),
-IEEE Trans. Robotics 41.
+"""ProxQP, a primal-dual augmented Lagrangian solver.
+
+Source: Bambade, Schramm, El-Kazdadi, Caron, Taylor and Carpentier (2025), IEEE Trans. Robotics 41.
 """
 
 import numpy as np
@@ -8,6 +9,7 @@ from proxsuite import proxqp
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
 
+_BACKEND = proxqp.dense.DenseBackend.PrimalDualLDLT
 _STATUS = {
     proxqp.PROXQP_SOLVED: Status.SOLVED,
     proxqp.PROXQP_PRIMAL_INFEASIBLE: Status.INFEASIBLE,
@@ -17,13 +19,20 @@ _STATUS = {
 
 
 def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
-    """Solve a convex program, its duality gap checked (by default it is not)."""
-    tolerance = float(np.clip(accuracy, 1e-11, 1e-6))
+    """Solve a convex program; see `taskopt.solver.base.Solve`.
+
+    Args:
+        qp: The program.
+        accuracy: Absolute tolerance of residuals and duality gap, clipped to [1e-11, 1e-6].
+
+    Returns:
+        The solution with its multipliers.
+    """
     equal = qp.equality
     free = ~equal
     rows = int(free.sum())
     engine = proxqp.dense.QP(qp.n, len(equal) - rows, rows, True, dense_backend=_BACKEND)
-    _ask(engine.settings, tolerance)
+    _configure(engine.settings, float(np.clip(accuracy, 1e-11, 1e-6)))
     engine.init(
         qp.H,
         qp.g,
@@ -44,10 +53,8 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     return Solution(np.array(found.x), y, np.array(found.z[rows:]), status, found.info.iter)
 
 
-_BACKEND = proxqp.dense.DenseBackend.PrimalDualLDLT
-
-
-def _ask(settings: proxqp.Settings, tolerance: float) -> None:
+def _configure(settings: proxqp.Settings, tolerance: float) -> None:
+    """Ask for a tolerance, the duality gap included, which ProxQP does not check by default."""
     settings.eps_abs = tolerance
     settings.eps_rel = 0.0
     settings.check_duality_gap = True

@@ -1,61 +1,86 @@
-"""Every other solver that qpsolvers finds installed. Caron et al., qpsolvers, software, LGPL-3.0."""
+"""Every other solver that the package qpsolvers finds. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
 
 import warnings
 from typing import Any
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array
 from taskopt.errors import NotInstalled
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.solver.sparse import compressed
+from taskopt.solver.one_sided import OneSided, compressed, one_sided
 
-_OPTIONS = {  # its own name of the tolerance, or none
+_TOLERANCES = {  # the names under which a solver takes its tolerances; none for a solver that has no choice
     "quadprog": (),
     "highs": ("primal_feasibility_tolerance", "dual_feasibility_tolerance"),
     "osqp": ("eps_abs", "eps_rel"),
     "scs": ("eps_abs", "eps_rel"),
     "piqp": ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"),
 }
-_EXTRA: dict[str, dict[str, Any]] = {
+_OPTIONS: dict[str, dict[str, float]] = {
     "osqp": {"max_iter": 20000},
     "scs": {"max_iters": 50000},
     "piqp": {"check_duality_gap": True},
-    "highs": {"time_limit": 1.0},  # its quadratic method can go round for ever
+    "highs": {"time_limit": 1.0},  # [s] its quadratic method can cycle for ever
 }
-_INFINITY = {"piqp": 1e30}  # PIQP mistakes inf for a number
+_INFINITY = {"piqp": 1e30}  # PIQP takes inf for a number
 
 
 def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
-    """Solve with the solver that qpsolvers calls `name`; infeasible and given up look the same to it."""
+    """Solve a convex program with the solver that qpsolvers calls `name`.
+
+    Args:
+        name: Name of the solver in qpsolvers.
+        qp: The program.
+        accuracy: Tolerance that is asked for, at least 1e-10.
+
+    Returns:
+        The solution. qpsolvers does not tell infeasible programs from failures: the status is SOLVED, or
+        FAILED with x = NaN.
+
+    Raises:
+        NotInstalled: The package qpsolvers cannot be imported.
+    """
     package = _package()
-    problem, (equal, above, below) = _translate(package, qp, name)
-    options: dict[str, Any] = dict.fromkeys(_OPTIONS.get(name, ()), max(accuracy, 1e-10))
-    found = _found(package, problem, name, options | _EXTRA.get(name, {}))
+    rows = one_sided(qp.C, qp.lower, qp.upper)
+    options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), max(accuracy, 1e-10))
+    found = _solved(package, _problem(package, qp, rows, name), name, options | _OPTIONS.get(name, {}))
     if found is None:
         x = np.full(qp.n, np.nan)
         return Solution(x, np.full(len(qp.C), np.nan), x, Status.FAILED)
-    y = np.zeros(len(qp.C))
-    if found.z is not None and len(above) + len(below):
-        y[above] += found.z[: len(above)]
-        y[below] -= found.z[len(above) :]
-    if len(equal):
-        y[equal] = found.y
+    of_equal = found.y if len(rows.b) else np.zeros(0)
+    of_inequal = found.z if found.z is not None and len(rows.h) else np.zeros(len(rows.h))
+    y = rows.multipliers(of_equal, of_inequal, len(qp.C))
     y_box = np.zeros(qp.n) if found.z_box is None or not len(found.z_box) else np.asarray(found.z_box)
     return Solution(np.asarray(found.x), y, y_box, Status.SOLVED)
 
 
 def solve_at_defaults(name: str, H: Array, g: Array, lower: Array, upper: Array) -> Array:
-    """x (n,) of min ½ xᵀ H x + gᵀ x inside a box, as qpsolvers solves it if told no more; NaN for none."""
+    """Solve min ½ xᵀ H x + gᵀ x inside a box with a solver's default settings.
+
+    Args:
+        name: Name of the solver in qpsolvers.
+        H: (n, n) symmetric, positive definite.
+        g: (n,) gradient at x = 0.
+        lower: (n,) lower bounds.
+        upper: (n,) upper bounds.
+
+    Returns:
+        x (n,), NaN where the solver finds none.
+
+    Raises:
+        NotInstalled: The package qpsolvers cannot be imported.
+    """
     package = _package()
     form = np.asarray if name in package.dense_solvers else compressed
-    limit = {"time_limit": _EXTRA["highs"]["time_limit"]} if name == "highs" else {}
-    found = _found(package, package.Problem(form(H), g, lb=lower, ub=upper), name, limit)
+    limit = {"time_limit": _OPTIONS["highs"]["time_limit"]} if name == "highs" else {}
+    found = _solved(package, package.Problem(form(H), g, lb=lower, ub=upper), name, limit)
     return np.full(len(g), np.nan) if found is None else np.asarray(found.x)
 
 
 def _package() -> Any:
+    """Import qpsolvers when it is first needed."""
     try:
         import qpsolvers
     except ImportError as error:
@@ -63,35 +88,28 @@ def _package() -> Any:
     return qpsolvers
 
 
-def _found(package: Any, problem: Any, name: str, options: dict[str, Any]) -> Any:
-    """What the solver finds, or None."""
+def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) -> Any:
+    """Return the solution in the form of qpsolvers, or None where the solver finds none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the status says it
         try:
             found = package.solve_problem(problem, name, **options)
-        except package.QPError:  # some raise where others return nothing
+        except package.QPError:  # some solvers raise where others return nothing
             return None
     return found if found.found and found.x is not None else None
 
 
-def _translate(
-    package: Any, qp: QuadraticProgram, name: str
-) -> tuple[Any, tuple[IntArray, IntArray, IntArray]]:
-    """One-sided rows, and which of ours became equalities, upper and lower ones."""
-    equal = np.flatnonzero(qp.equality)
-    above = np.flatnonzero((qp.upper < np.inf) & ~qp.equality)
-    below = np.flatnonzero((qp.lower > -np.inf) & ~qp.equality)
-    G, A = np.vstack([qp.C[above], -qp.C[below]]), qp.C[equal]
+def _problem(package: Any, qp: QuadraticProgram, rows: OneSided, name: str) -> Any:
+    """Return the program in the form of qpsolvers, dense or sparse as the solver wants it."""
     form = np.asarray if name in package.dense_solvers else compressed
-    free = _INFINITY.get(name, np.inf)
-    problem = package.Problem(
+    infinity = _INFINITY.get(name, np.inf)
+    return package.Problem(
         form(qp.H),
         qp.g,
-        form(G) if len(G) else None,
-        np.concatenate([qp.upper[above], -qp.lower[below]]) if len(G) else None,
-        form(A) if len(A) else None,
-        qp.upper[equal] if len(A) else None,
-        np.maximum(qp.box_lower, -free),
-        np.minimum(qp.box_upper, free),
+        form(rows.G) if len(rows.h) else None,
+        rows.h if len(rows.h) else None,
+        form(rows.A) if len(rows.b) else None,
+        rows.b if len(rows.b) else None,
+        np.maximum(qp.box_lower, -infinity),
+        np.minimum(qp.box_upper, infinity),
     )
-    return problem, (equal, above, below)

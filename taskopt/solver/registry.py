@@ -1,46 +1,69 @@
-"""Which solvers there are: a table. A new one is a file beside this, and a row here."""
+"""The table of solvers.
+
+To add a solver to taskopt, write a file beside this one with a function `solve` (see
+`taskopt.solver.base.Solve`) and add a line to `_TABLE`. From outside, call `register_solver`.
+"""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib import import_module
 from importlib.util import find_spec
 
-from taskopt.errors import NotInstalled, UnknownName
+from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-
-Solve = Callable[[QuadraticProgram, float], Solution]
+from taskopt.solver.base import Solve
 
 
 @dataclass(frozen=True)
 class Solver:
-    """One row of the table; the package is imported on first use.
+    """One line of the table. The package of a solver is imported when it is first used.
 
-    `accuracy`: the KKT residual, relative to max(1, largest term), that it can be held to on a
-    well-scaled program. `proves_infeasible`: whether it says so, rather than giving up.
+    Attributes:
+        name: Name of the solver, as in "hqp/daqp".
+        method: Kind of algorithm, for tables.
+        accuracy: KKT residual, relative to max(1, largest term), to which the solver can be held on
+            well-scaled programs; inf for a solver that is held to nothing.
+        package: Package that has to be importable; "" for a solver that is registered by a user.
+        install: Argument of `pip install` that provides the package.
+        proves_infeasible: Whether the solver claims INFEASIBLE of infeasible programs; if not, it gives up.
+        module: Module of `taskopt.solver` that holds the function `solve`.
+        function: The function itself, for a solver that is registered by a user.
     """
 
     name: str
-    package: str
-    install: str
     method: str
     accuracy: float
+    package: str = ""
+    install: str = ""
     proves_infeasible: bool = True
     module: str = "qpsolvers"
+    function: Solve | None = None
 
     @property
     def installed(self) -> bool:
-        """Whether its package can be imported."""
-        return find_spec(self.package) is not None
+        """True if the package of the solver can be imported."""
+        return not self.package or find_spec(self.package) is not None
 
     def __call__(self, qp: QuadraticProgram, accuracy: float = 1e-10) -> Solution:
-        """Solve; `accuracy` is the KKT residual asked for."""
-        return _loaded(self)(qp, accuracy)
+        """Solve a convex quadratic program; see `taskopt.solver.base.Solve`.
+
+        Args:
+            qp: The program.
+            accuracy: KKT residual that is asked for.
+
+        Returns:
+            What the solver found and claims.
+
+        Raises:
+            NotInstalled: The package of the solver cannot be imported.
+        """
+        return (self.function or _imported(self))(qp, accuracy)
 
 
 @cache
-def _loaded(row: Solver) -> Solve:
+def _imported(row: Solver) -> Solve:
+    """Import the module of a solver, and its package with it; return its function."""
     if not row.installed:
         raise NotInstalled(f"solver {row.name}", row.install)
     solve = import_module(f"taskopt.solver.{row.module}").solve
@@ -48,27 +71,38 @@ def _loaded(row: Solver) -> Solve:
 
 
 _TABLE = (
-    Solver("daqp", "daqp", "daqp", "dual active set", 1e-11, module="daqp"),
-    Solver("clarabel", "clarabel", "clarabel", "interior point", 1e-9, module="clarabel"),
-    Solver("proxqp", "proxsuite", "proxsuite", "augmented Lagrangian", 1e-9, False, module="proxqp"),
-    Solver("quadprog", "quadprog", "quadprog", "dual active set", 1e-11, False),
-    Solver("piqp", "piqp", "piqp", "proximal interior point", 1e-9, False),
+    Solver("daqp", "dual active set", 1e-11, "daqp", "daqp", module="daqp"),
+    Solver("clarabel", "interior point", 1e-9, "clarabel", "clarabel", module="clarabel"),
+    Solver("proxqp", "augmented Lagrangian", 1e-9, "proxsuite", "proxsuite", False, module="proxqp"),
+    Solver("quadprog", "dual active set", 1e-11, "quadprog", "quadprog", False),
+    Solver("piqp", "proximal interior point", 1e-9, "piqp", "piqp", False),
     # Of 1000 random programs it gave up 11, and called 2 solved with an error of 0.5: held to nothing.
-    Solver("highs", "highspy", "highspy", "active set", math.inf, False),
-    Solver("osqp", "osqp", "osqp", "operator splitting", 1e-8, False),
-    Solver("scs", "scs", "scs", "operator splitting", 1e-8, False),
+    Solver("highs", "active set", math.inf, "highspy", "highspy", False),
+    Solver("osqp", "operator splitting", 1e-8, "osqp", "osqp", False),
+    Solver("scs", "operator splitting", 1e-8, "scs", "scs", False),
 )
-_KNOWN = {row.name: row for row in _TABLE}
+_known = {row.name: row for row in _TABLE}  # and what users register
 
 
 def solvers() -> tuple[Solver, ...]:
-    """The table, and whatever else qpsolvers finds installed."""
-    return _TABLE + _others()
+    """Return the table, the solvers that users registered, and all others that qpsolvers finds installed."""
+    return (*_known.values(), *_others())
 
 
 def solver(name: str) -> Solver:
-    """The solver of that name. Raises `UnknownName`, or `NotInstalled` with the line that installs it."""
-    found = _KNOWN.get(name) or next((row for row in _others() if row.name == name), None)
+    """Return the solver of a name.
+
+    Args:
+        name: Such as "daqp"; `solvers()` lists all.
+
+    Returns:
+        The line of the table, which can be called to solve a program.
+
+    Raises:
+        UnknownName: There is no such solver; the message suggests similar names.
+        NotInstalled: Its package cannot be imported; the message has the line that installs it.
+    """
+    found = _known.get(name) or next((row for row in _others() if row.name == name), None)
     if found is None:
         raise UnknownName("solver", name, [row.name for row in solvers()])
     if not found.installed:
@@ -76,11 +110,49 @@ def solver(name: str) -> Solver:
     return found
 
 
+def register_solver(
+    name: str,
+    solve: Solve,
+    *,
+    method: str = "user",
+    accuracy: float = 1e-8,
+    proves_infeasible: bool = False,
+    replace: bool = False,
+) -> Solver:
+    """Add a solver of your own, so that "hqp/NAME" and "wqp/NAME" resolve hierarchies with it.
+
+    `taskopt.testing.check_solver` tests whether it keeps the promises of a solver.
+
+    Args:
+        name: Name of the solver, without a slash.
+        solve: A function (qp, accuracy) -> Solution, see `taskopt.solver.base.Solve`.
+        method: Kind of algorithm, for tables.
+        accuracy: KKT residual, relative to max(1, largest term), that it keeps on well-scaled programs.
+        proves_infeasible: Whether it claims INFEASIBLE of infeasible programs; if not, it may only give up.
+        replace: Whether a solver that has this name already is replaced.
+
+    Returns:
+        The new line of the table.
+
+    Raises:
+        InvalidValue: The name is empty, has a slash, or is taken; or `solve` cannot be called.
+    """
+    if not isinstance(name, str) or not name or "/" in name:
+        raise InvalidValue(f"a solver needs a name without a slash, got {name!r}")
+    if not callable(solve):
+        raise InvalidValue(f"solve must be a function (qp, accuracy) -> Solution, got {type(solve).__name__}")
+    if name in {row.name for row in solvers()} and not replace:
+        raise InvalidValue(f"there is a solver '{name}' already; choose another name, or pass replace=True")
+    row = Solver(name, method, accuracy, proves_infeasible=proves_infeasible, module="", function=solve)
+    _known[name] = row
+    return row
+
+
 def _others() -> tuple[Solver, ...]:
-    """Solvers of qpsolvers that the table does not know: held to little, as nothing is known of them."""
+    """Return the solvers of qpsolvers that the table does not list; they are held to little."""
     if find_spec("qpsolvers") is None:
         return ()
     from qpsolvers import available_solvers
 
-    names = (name for name in available_solvers if name not in _KNOWN)
-    return tuple(Solver(name, "qpsolvers", "qpsolvers", "by qpsolvers", 1e-5, False) for name in names)
+    names = (name for name in available_solvers if name not in _known)
+    return tuple(Solver(name, "by qpsolvers", 1e-5, "qpsolvers", "qpsolvers", False) for name in names)

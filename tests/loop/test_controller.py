@@ -23,8 +23,8 @@ from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
 from taskopt.resolver.base import Memory, answered
+from taskopt.resolver.infeasible import no_answer
 from taskopt.resolver.registry import resolver
-from taskopt.resolver.unanswered import unanswered
 
 TASKS = Path(__file__).parents[2] / "tasks"
 ARM = planar_arm([0.5, 0.5, 0.5], lower=-1.0, upper=1.0, velocity=2.0)
@@ -99,9 +99,9 @@ class _GivesUp:
     name, strict = "gives-up", True
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        return unanswered(hierarchy, Status.INFEASIBLE)
+        return no_answer(hierarchy, Status.INFEASIBLE)
 
-    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+    def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
         return np.zeros(hierarchy.n)
 
 
@@ -128,7 +128,7 @@ class _Claims:
         y = np.zeros((hierarchy.layout.level_count + 1, hierarchy.layout.width))
         return answered(hierarchy, self._x, y, np.zeros(hierarchy.layout.width, np.int8), Status.SOLVED)
 
-    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+    def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
         return np.zeros(hierarchy.n)
 
 

@@ -55,9 +55,9 @@ class Faulty:
         resolution.status = self.status
         return resolution, memory
 
-    def twin(self, hierarchy: Hierarchy) -> np.ndarray:
+    def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
         sleep(self.seconds)
-        return ActiveSet().twin(hierarchy)
+        return ActiveSet().closed_form(hierarchy)
 
 
 def test_each_step_is_one_euler_step_on_the_manifold() -> None:

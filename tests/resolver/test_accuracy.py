@@ -17,7 +17,6 @@ from taskopt.kinematics.collision.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
 from taskopt.kinematics.robot import Robot, planar_arm
-from taskopt.resolver.accuracy import solve_to
 from taskopt.resolver.closed_form import (
     damped_inverse,
     gradient_motion,
@@ -28,6 +27,7 @@ from taskopt.resolver.closed_form import (
 )
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver, resolver_names
+from taskopt.resolver.solver_accuracy import solve_to
 from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.registry import Solver, solver, solvers
 from tests.helpers.spectrum import jacobian
@@ -138,7 +138,7 @@ def test_raw_answers_are_the_closed_form_often(name: str, seed: int) -> None:
         for engine in EXACT:
             assert apart(HierarchicalQP(engine)(hierarchy)[0].x, exact) <= 1e-9, engine
             weighted = WeightedQP(engine)
-            assert apart(weighted(hierarchy)[0].x, weighted.twin(hierarchy)) <= 1e-9, engine
+            assert apart(weighted(hierarchy)[0].x, weighted.closed_form(hierarchy)) <= 1e-9, engine
 
 
 @pytest.mark.parametrize("solver", OTHERS)
@@ -157,7 +157,7 @@ def test_a_program_that_is_too_large_for_an_interior_point_is_solved_at_unit_siz
     """Clarabel gives up on weighted programs of these two places; asked again at unit size, it is exact."""
     for hierarchy, _ in cases(name, seed):
         weighted = WeightedQP("clarabel")
-        assert apart(weighted(hierarchy)[0].x, weighted.twin(hierarchy)) <= 1e-9
+        assert apart(weighted(hierarchy)[0].x, weighted.closed_form(hierarchy)) <= 1e-9
 
 
 def test_the_square_inverse_is_among_the_cases() -> None:
@@ -182,7 +182,7 @@ def test_any_norm_is_that_of_every_resolver(family: str, smallest: float) -> Non
     for engine in (row for row in engines if solver(row).installed):
         answer = resolver(f"{family}/{engine}")
         found = answer(told)[0]
-        goal = exact if answer.strict else answer.twin(told)
+        goal = exact if answer.strict else answer.closed_form(told)
         assert not found.solved or apart(found.x, goal) <= 2e-8, engine
         assert found.solved or engine not in EXACT
 

@@ -25,7 +25,7 @@ STATE = np.zeros(3, dtype=np.int8)
         (Memory(np.array([5, -7, 100], dtype=np.int8)), "-1, 0 or 1"),
         (Memory(np.zeros(3)), "-1, 0 or 1"),  # type: ignore[arg-type]
         (Memory([0, 0, 0]), "-1, 0 or 1"),  # type: ignore[arg-type]
-        (Memory(STATE, before=np.zeros(5, dtype=np.int8)), "for each of 3 unknowns and rows"),
+        (Memory(STATE, previous=np.zeros(5, dtype=np.int8)), "for each of 3 unknowns and rows"),
         (Memory(STATE, ranks=(1, 1, 1)), "each of 2 levels"),
         (STATE, "what a resolver returned last, got ndarray"),
     ],

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
-from taskopt.resolver.infeasible import Side, conflict
+from taskopt.resolver.infeasible import Side, find_conflict
 from taskopt.resolver.registry import resolver
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -46,7 +46,7 @@ def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> 
 def test_a_conflict_is_found_exactly_where_a_linear_program_finds_none(seed):
     """Phase one by least squares and phase one by the simplex method agree."""
     hierarchy = random_limits(seed)
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     assert (found is None) == can_hold(hierarchy, set(), all_sides=True)
     assert (ActiveSet()(hierarchy)[0].status is Status.INFEASIBLE) == (found is not None)
 
@@ -57,7 +57,7 @@ def test_a_conflict_is_found_exactly_where_a_linear_program_finds_none(seed):
 def test_removing_any_one_member_makes_it_feasible(seed):
     """The set named is minimal: it cannot hold, and every set with one member less can."""
     hierarchy = random_limits(seed)
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     if found is None:
         return
     members = set(found.members)
@@ -71,7 +71,7 @@ def test_removing_any_one_member_makes_it_feasible(seed):
 def test_the_relaxation_is_enough(seed):
     """With each side moved by what is named, the limits agree."""
     hierarchy = random_limits(seed)
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     if found is None:
         return
     for side, gap in found.relaxation:
@@ -82,14 +82,14 @@ def test_the_relaxation_is_enough(seed):
             target = hierarchy.box_lower if side.side == "lower" else hierarchy.box_upper
             index = hierarchy.layout.unknowns.index(side.name.split("/")[1])
         target[index] += (gap + 1e-8) * (1.0 if side.side == "upper" else -1.0)
-    assert conflict(hierarchy) is None
+    assert find_conflict(hierarchy) is None
 
 
 def test_a_crossed_interval_names_both_its_sides():
     """A bound pair that became empty after it was declared is its own conflict."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), unknowns=["elbow"])
     hierarchy.box_lower[0] = 2.0
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     assert found is not None
     assert str(found).startswith("these limits exclude each other: box/elbow ≥ 2; box/elbow ≤ 1")
     assert sum(gap for _, gap in found.relaxation) == pytest.approx(1.0)
@@ -103,7 +103,7 @@ def test_a_small_conflict_names_all_its_members(gap):
     corner = a @ np.where(a > 0.0, 1.0, -1.0)
     limits = Level([a], lower=[corner + gap * np.linalg.norm(a)], upper=[corner + 1.0])
     hierarchy = Hierarchy([Level(np.eye(4), np.zeros(4))], box=(-np.ones(4), np.ones(4)), limits=limits)
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     assert found is not None
     assert len(found.members) == 5
     assert ActiveSet()(hierarchy)[0].status is not Status.SOLVED
@@ -115,7 +115,7 @@ def test_the_unit_of_a_row_does_not_decide_whether_it_contradicts(scale):
     for gap, contradicts in ((1e-6, True), (1e-10, False)):
         limits = Level([[scale]], lower=[scale * (1.0 + gap)], upper=[2.0 * scale])
         hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), limits=limits)
-        assert (conflict(hierarchy) is not None) is contradicts
+        assert (find_conflict(hierarchy) is not None) is contradicts
         assert ActiveSet()(hierarchy)[0].certified() is not contradicts
 
 

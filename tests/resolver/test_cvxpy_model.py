@@ -11,7 +11,7 @@ from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.status import Status
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
-from taskopt.resolver.cvxpy_model import Restated
+from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.registry import resolve, resolver
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 
@@ -28,7 +28,7 @@ OBJECTIVES = (
 def test_any_hierarchy_has_its_exact_optimum(seed: int) -> None:
     """Rank-deficient, conflicting and inequality levels, limits and norms: as rational arithmetic has it."""
     hierarchy = random_hierarchy(seed)
-    resolution = Restated("clarabel")(hierarchy)[0]
+    resolution = CvxpyModel("clarabel")(hierarchy)[0]
     assert resolution.status is Status.SOLVED
     np.testing.assert_allclose(resolution.x, lexicographic_optimum(hierarchy), atol=1e-6)
 
@@ -39,7 +39,7 @@ def test_other_solvers_find_it_or_do_not_prove_it(engine: str) -> None:
     """No answer that is wrong is certified."""
     for seed in range(20):
         hierarchy = random_hierarchy(seed)
-        resolution = Restated(engine)(hierarchy)[0]
+        resolution = CvxpyModel(engine)(hierarchy)[0]
         apart = np.abs(resolution.x - lexicographic_optimum(hierarchy)).max()
         assert apart < 1e-5 or not resolution.certified()
 
@@ -100,5 +100,5 @@ def test_the_twin_is_task_priority() -> None:
     """Its closed form is that of every strict resolver."""
     hierarchy = random_hierarchy(3, "generic")
     np.testing.assert_array_equal(
-        resolver("cvxpy/clarabel").twin(hierarchy), resolver("hqp/daqp").twin(hierarchy)
+        resolver("cvxpy/clarabel").closed_form(hierarchy), resolver("hqp/daqp").closed_form(hierarchy)
     )

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from taskopt import Hierarchy, Level
 from taskopt.errors import Infeasible, InvalidValue
 from taskopt.resolver.registry import resolver
-from taskopt.resolver.regret import leak
+from taskopt.resolver.regret import regret
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -18,7 +18,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 def test_the_exact_optimum_leaks_nothing(seed):
     """ℓ = 0 at the optimum in rational arithmetic, to what a square root makes of rounding."""
     hierarchy = random_hierarchy(seed)
-    np.testing.assert_allclose(leak(hierarchy, lexicographic_optimum(hierarchy)), 0.0, atol=1e-9)
+    np.testing.assert_allclose(regret(hierarchy, lexicographic_optimum(hierarchy)), 0.0, atol=1e-9)
 
 
 @given(SEEDS)
@@ -33,7 +33,7 @@ def test_the_first_level_of_a_point_within_the_limits_never_leaks_less_than_noth
         limits=Level(hard.A, lower=hard.lower, upper=hard.upper) if len(hard.lower) else None,
     )
     other = lexicographic_optimum(inside)
-    assert leak(hierarchy, other)[0] >= -1e-9
+    assert regret(hierarchy, other)[0] >= -1e-9
 
 
 def test_weights_that_are_not_infinite_leak_what_they_give_up():
@@ -41,14 +41,14 @@ def test_weights_that_are_not_infinite_leak_what_they_give_up():
     hierarchy = Hierarchy([Level([[1.0]], [1.0]), Level([[1.0]], [0.0])])
     for share in (1e-2, 1e-4):
         x = 1.0 / (1.0 + share)
-        np.testing.assert_allclose(leak(hierarchy, [x]), [share * x, -share * x], rtol=1e-9)
-    assert np.abs(leak(hierarchy, resolver("hqp/daqp")(hierarchy)[0].x)).max() < 1e-9
+        np.testing.assert_allclose(regret(hierarchy, [x]), [share * x, -share * x], rtol=1e-9)
+    assert np.abs(regret(hierarchy, resolver("hqp/daqp")(hierarchy)[0].x)).max() < 1e-9
 
 
 def test_weights_count_as_they_do_in_the_cost():
     """‖d‖_w = √w |d| for one row of weight w."""
     hierarchy = Hierarchy([Level([[2.0]], [1.0], weight=9.0)])
-    np.testing.assert_allclose(leak(hierarchy, [1.0]), [3.0])
+    np.testing.assert_allclose(regret(hierarchy, [1.0]), [3.0])
 
 
 def test_what_has_no_optimum_has_no_leak():
@@ -56,7 +56,7 @@ def test_what_has_no_optimum_has_no_leak():
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), unknowns=["elbow"])
     for x in ([1.0, 2.0], [np.nan]):
         with pytest.raises(InvalidValue, match="x"):
-            leak(hierarchy, x)
+            regret(hierarchy, x)
     hierarchy.box_lower[0] = 2.0
     with pytest.raises(Infeasible, match="box/elbow"):
-        leak(hierarchy, [0.0])
+        regret(hierarchy, [0.0])

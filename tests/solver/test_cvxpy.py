@@ -14,8 +14,8 @@ from taskopt.resolver.closed_form import (
     pseudo_inverse,
     weighted_pseudo_inverse,
 )
-from taskopt.resolver.cvxpy_model import ENGINES
 from taskopt.solver import cvxpy as chapter
+from taskopt.solver.cvxpy import ENGINES
 
 SEEDS = st.integers(0, 2**32 - 1)
 EXACT = ("clarabel", "daqp", "proxqp", "piqp")  # DAQP regularises what CVXPY hands it, by 1e-6 of its own
@@ -89,15 +89,15 @@ def test_a_wrong_weight_is_caught() -> None:
 
 def test_statements_are_compiled_once() -> None:
     """Every statement is a parametrised program by CVXPY's rules, and is kept for its sizes."""
-    for statement in (
-        chapter.least_norm_statement(7, 6, 14),
-        chapter.nearest_statement(7, 6, 14),
-        chapter.damped_statement(7, 6, 14),
-        chapter.least_squares_statement(7, 6, 14, 3, 2),
+    for program in (
+        chapter.least_norm_program(7, 6, 14),
+        chapter.nearest_program(7, 6, 14),
+        chapter.damped_program(7, 6, 14),
+        chapter.least_squares_program(7, 6, 14, 3, 2),
     ):
-        assert statement.problem.is_dpp()
-        assert statement.problem.is_qp()
-    assert chapter.nearest_statement(7, 6, 14) is chapter.nearest_statement(7, 6, 14)
+        assert program.problem.is_dpp()
+        assert program.problem.is_qp()
+    assert chapter.nearest_program(7, 6, 14) is chapter.nearest_program(7, 6, 14)
 
 
 @pytest.mark.parametrize("engine", EXACT)
@@ -119,8 +119,8 @@ def test_what_cannot_be_had_is_said() -> None:
 def test_every_engine_of_the_table_has_its_tolerances() -> None:
     """The names that the registry offers are those that can be asked for an accuracy."""
     J, v, v0, _ = problem(0)
-    statement = chapter.nearest_statement(7, 6, 0)
+    program = chapter.nearest_program(7, 6, 0)
     for engine in ENGINES:
-        found = statement.solve(engine, {"C": J, "c": v, "v0": v0})
+        found = program.solve(engine, {"C": J, "c": v, "v0": v0})
         assert found.status is Status.SOLVED
         assert relative(found.x, null_space_motion(J, v, v0)) < 1e-5

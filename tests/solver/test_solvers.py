@@ -129,6 +129,6 @@ def test_unknown_solvers_get_the_nearest_match() -> None:
 
 def test_a_missing_package_comes_with_the_line_that_installs_it() -> None:
     """A row of the table whose package cannot be imported says how to get it."""
-    absent = Solver("nowhere", "no_such_package", "no-such-package", "none", 1.0)
+    absent = Solver("nowhere", "none", 1.0, "no_such_package", "no-such-package")
     with pytest.raises(NotInstalled, match="pip install no-such-package"):
         absent(random_program(0))

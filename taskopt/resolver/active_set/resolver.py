@@ -22,7 +22,8 @@ from taskopt.resolver.active_set.linalg import copy_into
 from taskopt.resolver.active_set.search import walk
 from taskopt.resolver.active_set.whitening import resolve_whitened
 from taskopt.resolver.base import Memory, checked, prove_again
-from taskopt.resolver.review import TickReview
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.tick_review import TickReview
 
 TRIES = 4  # of the closed form, each a bound of the box apart; a tick seldom changes more
 FIRST = 150  # factorisations that the guess is worth
@@ -50,42 +51,22 @@ class ActiveSet:
             return resolve_whitened(self, hierarchy, memory or _nothing_active(layout))
         history, width = new_history(layout), layout.width
         if memory is not None:
-            before = memory.state if memory.before is None else memory.before
-            history[:width], history[width : 2 * width], history[-1] = memory.state, before, memory.swings
+            before = memory.state if memory.previous is None else memory.previous
+            history[:width], history[width : 2 * width], history[-1] = memory.state, before, memory.alternates
         state, answer = np.empty(width, np.int8), np.empty(layout.answer_size)
         problem = hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns
         code, rounds = resolve_kernel(*problem, self.shortcut, self.iterations, history, state, answer)
-        kept = Memory(state, before=history[width : 2 * width], swings=bool(history[-1]))
-        return concluded(hierarchy, answer, state, code, rounds), kept
+        kept = Memory(state, previous=history[width : 2 * width], alternates=bool(history[-1]))
+        return packed(hierarchy, answer, state, code, rounds), kept
 
-    def twin(self, hierarchy: Hierarchy) -> Array:
-        from taskopt.resolver.closed_form import task_priority
-
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
         return task_priority(hierarchy)
 
 
-def concluded(hierarchy: Hierarchy, answer: Array, state: StateArray, code: int, rounds: int) -> Resolution:
-    """What `resolve_kernel` filled, as a resolution; what stays unproven has failed.
-
-    That hard limits contradict each other is for phase one to say, as for every other resolver. Where the
-    walk finds no proof, once in some thousand ticks among hundreds of nearly parallel hard rows, the
-    cascade of `hqp` is asked, and taken at no more than what it can prove.
-    """
-    if code == CONTRADICTED:
-        from taskopt.resolver.infeasible import agree  # which resolves with this module
-
-        code = UNPROVEN if agree(hierarchy) else code
-    elif code == UNPROVEN and prove_again(hierarchy, answer):
+def packed(hierarchy: Hierarchy, answer: Array, state: StateArray, code: int, rounds: int) -> Resolution:
+    """Pack what `resolve_kernel` filled; an unproven x gets a second hearing, and has failed without it."""
+    if code == UNPROVEN and prove_again(hierarchy, answer):
         code = SOLVED
-    if code == UNPROVEN:
-        from taskopt.resolver.hqp import HierarchicalQP  # which needs a solver; seldom met
-
-        other, _ = HierarchicalQP("daqp")(hierarchy)
-        if other.claimed and other.certified():
-            rounds += other.iterations
-            found = Resolution(hierarchy, other.answer, other.state, Status.SOLVED, rounds, TickReview)
-            found.notes = ("The active set was lost; a cascade of programs found the optimum.",)
-            return found
     return Resolution(hierarchy, answer, state, STATUS[code], rounds, TickReview)
 
 

@@ -15,7 +15,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, prove_again
-from taskopt.resolver.review import TickReview
+from taskopt.resolver.tick_review import TickReview
 
 
 def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:

@@ -141,7 +141,7 @@ def test_ticks_that_swing_between_two_active_sets_are_guessed_right():
         told.append(first.iterations)
         forgetful.append(second.iterations)
     assert memory is not None
-    assert memory.swings
+    assert memory.alternates
     assert set(told[4:]) == {1}
     assert min(forgetful[4:]) > 1
 

@@ -5,9 +5,8 @@ import pytest
 
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.infeasible import agree
+from taskopt.resolver.infeasible import limits_agree, no_answer
 from taskopt.resolver.registry import resolve
-from taskopt.resolver.unanswered import unanswered
 
 FAMILIES = [
     "hqp/daqp",
@@ -24,8 +23,8 @@ FAMILIES = [
 def test_limits_that_agree_are_not_called_infeasible(given: Status) -> None:
     """A solver that claims it has failed; what else it says of itself stands."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]))
-    assert agree(hierarchy)
-    answer, _ = unanswered(hierarchy, given)
+    assert limits_agree(hierarchy)
+    answer, _ = no_answer(hierarchy, given)
     assert answer.status is (Status.FAILED if given is Status.INFEASIBLE else given)
     assert np.isnan(answer.x).all()
 
@@ -36,7 +35,7 @@ def test_limits_that_contradict_are_infeasible_whoever_was_asked(name: str, gap:
     """x₀ + x₁ ≥ 2 + gap inside |x| ≤ 1, whatever the solver ran into."""
     box = (-np.ones(2), np.ones(2))
     hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.5])], box, limits=Level([[1.0, 1.0]], lower=[2.0 + gap]))
-    assert not agree(hierarchy)
+    assert not limits_agree(hierarchy)
     answer = resolve(hierarchy, name)
     assert answer.status is Status.INFEASIBLE
     assert not answer.certified()

@@ -9,7 +9,7 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolve
-from taskopt.resolver.review import TickReview
+from taskopt.resolver.tick_review import TickReview
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 from tests.helpers.spectrum import jacobian
 

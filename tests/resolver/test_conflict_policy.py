@@ -14,11 +14,8 @@ from taskopt.kinematics.limit import JointAccelerationLimit
 from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run
 from taskopt.resolver.active_set.resolver import ActiveSet
-from taskopt.resolver.infeasible import conflict, relaxed
-from taskopt.resolver.policy import Policy
+from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy, find_conflict, no_answer, relax
 from taskopt.resolver.registry import resolver
-from taskopt.resolver.settle import settle
-from taskopt.resolver.unanswered import unanswered
 from tests.resolver.test_conflict import random_limits
 
 ARM = planar_arm([0.5, 0.5, 0.5], lower=-3.0, upper=3.0, velocity=9.0)
@@ -43,7 +40,7 @@ def test_the_error_names_the_limits_and_keeps_the_problem(name: str) -> None:
     assert "least relaxation: " in words
     assert "by 0.45 rad/s" in words
     assert isinstance(caught.value.hierarchy, Hierarchy)
-    assert conflict(caught.value.hierarchy) is not None
+    assert find_conflict(caught.value.hierarchy) is not None
 
 
 def test_the_next_step_after_an_error_is_right() -> None:
@@ -113,24 +110,27 @@ class _Wall:
 def test_what_is_relaxed_can_be_solved_and_less_would_not_do(seed: int) -> None:
     """With the whole relaxation the hierarchy is solved and certified; 99 % of it leave a conflict."""
     hierarchy = random_limits(seed)
-    found = conflict(hierarchy)
+    found = find_conflict(hierarchy)
     if found is None:
         return
-    answer = ActiveSet()(relaxed(hierarchy, found))[0]
+    answer = ActiveSet()(relax(hierarchy, found))[0]
     assert answer.status is Status.SOLVED
     assert answer.certified()
     less = tuple((side, 0.99 * gap) for side, gap in found.relaxation)
-    assert conflict(relaxed(hierarchy, type(found)(found.members, less))) is not None
+    assert find_conflict(relax(hierarchy, type(found)(found.members, less))) is not None
 
 
 def test_a_solver_that_claims_a_conflict_where_there_is_none_is_not_believed() -> None:
     """Phase one decides: the error is that of an answer that is missing."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]))
-    claimed = unanswered(hierarchy, Status.INFEASIBLE)[0]
+    claimed = no_answer(hierarchy, Status.INFEASIBLE)[0]
     assert claimed.status is Status.FAILED
     claimed.status = Status.INFEASIBLE
-    for policy in get_args(Policy):
-        assert settle(policy, resolver("hqp/daqp"), hierarchy, claimed, np.zeros(1), "t = 0") is claimed
+    for policy in get_args(ConflictPolicy):
+        assert (
+            apply_conflict_policy(policy, resolver("hqp/daqp"), hierarchy, claimed, np.zeros(1), "t = 0")
+            is claimed
+        )
 
 
 @pytest.mark.parametrize("norm", [None, [1.0, 2.0, 3.0], np.diag([1.0, 2.0, 3.0]) + 0.1])
@@ -148,7 +148,7 @@ def test_a_saved_hierarchy_is_the_same_elsewhere(tmp_path, norm) -> None:
     with pytest.raises(Infeasible) as caught:
         controller("raise").step(np.zeros(3), 0.0, FAST)
     caught.value.hierarchy.save(file)  # type: ignore[attr-defined]
-    assert str(conflict(Hierarchy.load(file))) in str(caught.value)
+    assert str(find_conflict(Hierarchy.load(file))) in str(caught.value)
 
 
 def test_a_file_that_is_no_hierarchy_is_refused(tmp_path) -> None:

@@ -1,4 +1,4 @@
-"""`wqp/<solver>` answers `flatten(hierarchy)`, exactly; its priorities are as good as its ratio."""
+"""`wqp/<solver>` answers `weighted_problem(hierarchy)`, exactly; its priorities are as good as its ratio."""
 
 import numpy as np
 import pytest
@@ -7,9 +7,8 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.polish import polish
-from taskopt.resolver.flatten import flatten
 from taskopt.resolver.hqp import HierarchicalQP
-from taskopt.resolver.weighted import WeightedQP
+from taskopt.resolver.weighted import WeightedQP, weighted_problem
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 
 EXACT = ["daqp", "quadprog"]
@@ -43,7 +42,7 @@ def test_where_nothing_binds_it_is_weighted_least_squares() -> None:
         levels = [Level(rng.normal(size=(2, 5)), rng.normal(size=2)), Level(np.eye(5), rng.normal(size=5))]
         hierarchy = Hierarchy(levels, norm=norm)
         resolve = WeightedQP("daqp")
-        np.testing.assert_allclose(resolve(hierarchy)[0].x, resolve.twin(hierarchy), atol=1e-9)
+        np.testing.assert_allclose(resolve(hierarchy)[0].x, resolve.closed_form(hierarchy), atol=1e-9)
 
 
 def test_a_smaller_ratio_leaks_less() -> None:
@@ -69,7 +68,7 @@ def test_names_survive_the_flattening() -> None:
     resolution, _ = WeightedQP("daqp")(hierarchy)
     assert list(resolution.residuals) == ["hand", "posture", "norm"]
     assert [str(active) for active in resolution.active] == ["box/a upper"]
-    assert flatten(hierarchy).layout.row_names[0] == "hand/row 0"
+    assert weighted_problem(hierarchy).layout.row_names[0] == "hand/row 0"
 
 
 def test_contradicting_limits_give_no_velocity() -> None:
