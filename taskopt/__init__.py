@@ -105,15 +105,16 @@ if TYPE_CHECKING:
     from taskopt.resolver.base import Resolver as Resolver
     from taskopt.resolver.closed_form_resolvers import DampedLeastSquares as DampedLeastSquares
     from taskopt.resolver.closed_form_resolvers import PseudoInverse as PseudoInverse
-    from taskopt.resolver.cvxpy_model import Restated as Restated
+    from taskopt.resolver.cvxpy_model import CvxpyModel as CvxpyModel
+    from taskopt.resolver.fallback import ActiveSetWithFallback as ActiveSetWithFallback
     from taskopt.resolver.hqp import HierarchicalQP as HierarchicalQP
     from taskopt.resolver.infeasible import Conflict as Conflict
+    from taskopt.resolver.infeasible import ConflictPolicy as ConflictPolicy
     from taskopt.resolver.infeasible import Side as Side
-    from taskopt.resolver.infeasible import conflict as conflict
-    from taskopt.resolver.policy import Policy as Policy
+    from taskopt.resolver.infeasible import find_conflict as find_conflict
     from taskopt.resolver.registry import resolve as resolve
     from taskopt.resolver.registry import resolver_names as resolver_names
-    from taskopt.resolver.regret import leak as leak
+    from taskopt.resolver.regret import regret as regret
     from taskopt.resolver.weighted import WeightedQP as WeightedQP
     from taskopt.solver.registry import Solver as Solver
     from taskopt.solver.registry import solvers as solvers
@@ -121,6 +122,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Active": "taskopt.hierarchy.resolution",
     "ActiveSet": "taskopt.resolver.active_set.resolver",
+    "ActiveSetWithFallback": "taskopt.resolver.fallback",
     "Array": "taskopt.arrays",
     "BadLog": "taskopt.errors",
     "Block": "taskopt.hierarchy.layout",
@@ -138,8 +140,10 @@ _HOME = {
     "Comparison": "taskopt.compare",
     "Configuration": "taskopt.kinematics.configuration",
     "Conflict": "taskopt.resolver.infeasible",
+    "ConflictPolicy": "taskopt.resolver.infeasible",
     "ConstantDamping": "taskopt.hierarchy.damping",
     "Controller": "taskopt.loop.controller",
+    "CvxpyModel": "taskopt.resolver.cvxpy_model",
     "DHRow": "taskopt.kinematics.robot",
     "DampedLeastSquares": "taskopt.resolver.closed_form_resolvers",
     "Damping": "taskopt.hierarchy.damping",
@@ -182,7 +186,6 @@ _HOME = {
     "ObstacleLimit": "taskopt.kinematics.limit",
     "OrientationTask": "taskopt.kinematics.task",
     "Plan": "taskopt.kinematics.stack",
-    "Policy": "taskopt.resolver.policy",
     "PositionTask": "taskopt.kinematics.task",
     "PseudoInverse": "taskopt.resolver.closed_form_resolvers",
     "QuadraticProgram": "taskopt.hierarchy.qp",
@@ -191,7 +194,6 @@ _HOME = {
     "Reference": "taskopt.kinematics.target",
     "Resolution": "taskopt.hierarchy.resolution",
     "Resolver": "taskopt.resolver.base",
-    "Restated": "taskopt.resolver.cvxpy_model",
     "Review": "taskopt.hierarchy.review",
     "Robot": "taskopt.kinematics.robot",
     "RowLimit": "taskopt.kinematics.limit",
@@ -214,11 +216,11 @@ _HOME = {
     "certify": "taskopt.hierarchy.certificate",
     "certify_velocity": "taskopt.hierarchy.multipliers",
     "chatter": "taskopt.hierarchy.alternation",
-    "conflict": "taskopt.resolver.infeasible",
+    "find_conflict": "taskopt.resolver.infeasible",
     "largest_jump": "taskopt.kinematics.task.transition",
-    "leak": "taskopt.resolver.regret",
     "load_scenario": "taskopt.loop.scenario",
     "planar_arm": "taskopt.kinematics.robot",
+    "regret": "taskopt.resolver.regret",
     "resolve": "taskopt.resolver.registry",
     "resolver_names": "taskopt.resolver.registry",
     "robot_names": "taskopt.kinematics.robot",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.equality import root_of
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy, LevelRows
@@ -192,7 +192,8 @@ class _Cascade:
         rest = A - (A @ basis) @ basis.T
         if not rest.size:
             return self.C, self.c
-        R, order = qr(rest.T, mode="r", pivoting=True)
+        factors: tuple[Array, IntArray] = qr(rest.T, mode="r", pivoting=True)  # type: ignore[assignment]
+        R, order = factors
         count = int(np.count_nonzero(np.abs(np.diagonal(R)) > LOST))
         new = np.sort(order[:count])
         return np.vstack([self.C, A[new]]), np.concatenate([self.c, b[new]])

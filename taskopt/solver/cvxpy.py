@@ -256,7 +256,7 @@ def least_norm(
     Args:
         J: (m, n) Jacobian.
         v: (m,) task velocity [m/s, rad/s].
-        W: (n, n) symmetric positive definite, or its diagonal (n,); None for the identity, which gives (3.51).
+        W: (n, n) symmetric positive definite, or its diagonal (n,); None for I, which gives (3.51).
         bounds: Lower and upper bounds on q̇, (n,) each [rad/s]; None for none.
         engine: Solver that CVXPY uses, one of `ENGINES`.
 

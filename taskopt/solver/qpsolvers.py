@@ -1,4 +1,4 @@
-"""Every other solver that the package qpsolvers finds. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
+"""Every other solver that qpsolvers finds installed. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
 
 import warnings
 from typing import Any
