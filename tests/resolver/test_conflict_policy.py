@@ -125,7 +125,7 @@ def test_a_solver_that_claims_a_conflict_where_there_is_none_is_not_believed() -
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]))
     claimed = no_answer(hierarchy, Status.INFEASIBLE)[0]
     assert claimed.status is Status.FAILED
-    claimed.status = Status.INFEASIBLE
+    claimed = claimed.replaced(Status.INFEASIBLE)
     for policy in get_args(ConflictPolicy):
         assert (
             apply_conflict_policy(policy, resolver("hqp/daqp"), hierarchy, claimed, np.zeros(1), "t = 0")

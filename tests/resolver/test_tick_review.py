@@ -95,8 +95,7 @@ def test_a_closed_form_is_its_own_measure() -> None:
     assert formula.review.difference == 0.0
     assert not formula.solved
     assert kinds(formula) == set()
-    formula.status = Status.BRAKED
-    braked = Resolution(formula.source, formula.answer, formula.state, formula.status, 0, TickReview)
+    braked = formula.replaced(Status.BRAKED)
     assert braked.review is not None
     assert np.isnan(braked.review.error)
 
