@@ -61,8 +61,8 @@ class Broken:
             resolution.answer[0] += self.lie
             return resolution, memory
         if hierarchy.level(1).upper[0] < -0.5:
-        if hierarchy.level(1).upper[0] < -0.5:
             resolution = resolution.replaced(Status.FAILED)
+        return resolution, memory
 
     def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
         return resolver("active-set").closed_form(hierarchy)
