@@ -60,8 +60,8 @@ class Tally:
         self.velocity_excess = max(self.velocity_excess, float(self.gauge.velocity_violation(batch)[0]))
         for limit, measured in step.distances.items():
             self.nearest[limit] = min(self.nearest.get(limit, np.inf), float(measured.distance.min()))
-        if step.free:
-            self.twin_distances.append(step.twin_distance)
+        if step.nothing_binds:
+            self.twin_distances.append(step.closed_form_distance)
         self.continuity.add(step)
         self.certificates.append(step.resolution.certificate.worst)
         self.claimed += step.resolution.claimed

@@ -71,7 +71,7 @@ def test_the_least_norm_is_not_cyclic() -> None:
 def test_internal_motion_does_not_move_the_hand() -> None:
     """The first joint swings by ±0.7 rad, the hand stays within 2 µm."""
     ran = steps(scenario("internal_motion"))
-    hand = np.array([step.actuals["panda_hand"] for step in ran])
+    hand = np.array([step.actual["panda_hand"] for step in ran])
     assert np.ptp(hand[:, :3, 3], axis=0).max() < 4e-6
     assert np.ptp(path(ran)[:, 0]) > 1.39
 

@@ -1,168 +1,158 @@
-"""A scenario resolved tick by tick: the loop yields, recorders listen.
+"""A scenario, resolved tick by tick: the run yields steps, and recorders listen.
 
-    v_k resolves the hierarchy of (q_k, t_k),    q_{k+1} = q_k ⊕ v_k Δt    (3.48),
+    v_k resolves the hierarchy of (q_k, t_k),    q_(k+1) = q_k ⊕ v_k Δt    (3.48)
 
-one time index for error, feedforward and step. One clock times every resolver, and nothing but the
-resolver: not the kinematics, not the copies that a step keeps, not the closed form beside it.
+Error, feedforward and Euler step have one time index. One clock measures every resolver, and nothing but the
+resolver: not the kinematics, not the copies that a step keeps, not the closed-form answer beside it.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from time import perf_counter_ns
 
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.errors import NotSolved
-from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import CLOSED_FORM_INSIDE
 from taskopt.kinematics.collision.measure import Measured
-from taskopt.kinematics.stack import Plan
+from taskopt.loop.loop import Loop
 from taskopt.loop.scenario import Scenario
-from taskopt.resolver.base import Memory, Resolver
-from taskopt.resolver.infeasible import apply_conflict_policy
-
-ANSWERED = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
-KEPT = {Status.SOLVED: 1e-6, Status.ITERATION_LIMIT: TOLERANCE}  # relative, of what a hard limit allows
-PRIMAL = RESIDUALS.index("primal")
-_KEEPS = 1e-12  # a closed form that is over a bound by less than this (relative) keeps it
+from taskopt.resolver.base import Resolver
+from taskopt.resolver.registry import resolver as resolver_named
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One tick of one resolver; every array is the step's own."""
+    """One tick of one resolver, with copies of all that the tick left behind.
+
+    Attributes:
+        resolver: Name of the resolver.
+        index: Number of the tick, from 0.
+        t: Time [s].
+        q: Posture at which the hierarchy was built, (nq,) [rad, m].
+        q_next: Posture after the Euler step, (nq,) [rad, m].
+        v: Velocity that was sent, (nv,) [rad/s, m/s].
+        hierarchy: The problem of the tick.
+        resolution: Its answer, or what the conflict policy sent instead.
+        seconds: Time in the resolver [s].
+        build_seconds: Time for kinematics, targets and rows [s].
+        errors: e = x_d − x of each task by name, unweighted, one number for each row [m, rad].
+        desired: Desired pose of each task that has one, by name, (4, 4) in the world [m].
+        actual: Actual pose of the same tasks, by name, (4, 4) in the world [m].
+        closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s]; it knows no limits.
+        distances: Measured distances at q, by name of the limit that keeps them.
+    """
 
     resolver: str
     index: int
-    t: float  # [s]
-    q: Array  # (nq,) where the hierarchy was built
-    q_next: Array  # (nq,) after the Euler step
-    v: Array  # (nv,) [rad/s, m/s]
+    t: float
+    q: Array
+    q_next: Array
+    v: Array
     hierarchy: Hierarchy
     resolution: Resolution
-    seconds: float  # in the resolver
-    build_seconds: float  # kinematics and rows
-    errors: dict[str, Array]  # e = x_d − x of each task, unweighted
-    targets: dict[str, Array]  # desired pose (4, 4) of each frame task
-    actuals: dict[str, Array]  # actual pose (4, 4)
-    twin: Array  # (n,) the closed form of the same problem
-    distances: Mapping[str, Measured] = field(default_factory=dict)  # at q, of each limit that keeps any
+    seconds: float
+    build_seconds: float
+    errors: dict[str, Array]
+    desired: dict[str, Array]
+    actual: dict[str, Array]
+    closed_form: Array
+    distances: Mapping[str, Measured] = field(default_factory=dict)
 
     @cached_property
-    def twin_distance(self) -> float:
-        """‖v − v of the closed form of the same hierarchy‖∞."""
-        return float(np.abs(self.v - self.twin).max())
+    def closed_form_distance(self) -> float:
+        """Largest difference to the closed-form answer, ‖v − closed_form‖∞ [rad/s, m/s]."""
+        return float(np.abs(self.v - self.closed_form).max())
 
     @cached_property
-    def free(self) -> bool:
-        """Whether no row binds at any level: the closed form keeps every bound, and so is the optimum."""
-        h = self.hierarchy
-        if (self.twin < _low(h.box_lower)).any() or (self.twin > _high(h.box_upper)).any():
-            return False
+    def nothing_binds(self) -> bool:
+        """True if the closed-form answer keeps every bound of the problem, and so is the optimum."""
+        h, x = self.hierarchy, self.closed_form
         bounded = h.lower < h.upper
         bounded[h.layout.rows_of_level(0)] = True
-        value = h.A[bounded] @ self.twin
-        return bool((value >= _low(h.lower[bounded])).all() and (value <= _high(h.upper[bounded])).all())
+        return _inside(x, h.box_lower, h.box_upper) and _inside(
+            h.A[bounded] @ x, h.lower[bounded], h.upper[bounded]
+        )
 
 
-def run(scenario: Scenario, resolver: Resolver) -> Iterator[Step]:
-    """Yield the steps of a run; what becomes of them is the caller's affair.
+def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator[Step]:
+    """Resolve a scenario tick by tick, by Euler steps on the manifold of the robot (3.48).
 
-    Raises `NotSolved`, which keeps the resolution and its hierarchy, at the first tick whose answer may
-    not be sent to a robot, and `Infeasible` where limits contradict each other, if that is the policy.
+    v_k resolves the hierarchy of (q_k, t_k), and q_(k+1) = q_k ⊕ v_k Δt.
+
+    Args:
+        scenario: Robot, start, stack, duration and period.
+        resolver: A resolver, or the name of one (`taskopt list` shows them).
+
+    Yields:
+        One step for each tick. What becomes of them is the caller's affair.
+
+    Raises:
+        NotSolved: At the first tick whose answer may not be sent to a robot; the error has the resolution.
+        Infeasible: Hard limits contradict each other, and `scenario.on_conflict` is "raise".
+        UnknownName: There is no resolver of that name.
     """
+    resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
     plan = scenario.stack.compile(scenario.robot, scenario.dt)
-    q, memory = scenario.start.copy(), None
-    plan.start(q, 0.0)
-    resolver(plan.at(q, 0.0), None)  # imports and compilation are nobody's solve time
+    loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
+    q = scenario.start.copy()
+    loop.start(q, 0.0)  # imports and compilation are nobody's solve time
     for index in range(scenario.ticks):
-        step, memory = _tick(scenario, plan, resolver, index, q, memory)
+        t = index * scenario.dt
+        resolution = loop.tick(q, t)
+        step = _step(scenario, loop, resolution, index, q)
         yield step
         q = step.q_next
 
 
-def _tick(
-    scenario: Scenario, plan: Plan, resolver: Resolver, index: int, q: Array, memory: Memory | None
-) -> tuple[Step, Memory]:
-    t = index * scenario.dt
-    begin = perf_counter_ns()
-    hierarchy = plan.at(q, t)
-    built = perf_counter_ns()
-    resolution, memory = resolver(hierarchy, memory)
-    end = perf_counter_ns()
-    kept = hierarchy.copy()
-    if not usable(resolution):
-        when = f"tick {index}, t = {t:.6g} s"
-        resolution = apply_conflict_policy(
-            scenario.on_conflict, resolver, kept, resolution, plan.brakes(), when
-        )
-        if not usable(resolution):
-            raise not_solved(resolver.name, resolution, when)
-    v = resolution.v.copy()
-    plan.moved(v)
+def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array) -> Step:
+    """Copy all that a tick leaves behind, and take the Euler step."""
+    plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), resolution.v.copy()
     poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
-    step = Step(
-        resolver=resolver.name,
+    return Step(
+        resolver=loop.resolver.name,
         index=index,
-        t=t,
+        t=index * scenario.dt,
         q=q,
         q_next=scenario.robot.integrate(q, v, scenario.dt),
         v=v,
-        hierarchy=kept,
+        hierarchy=hierarchy,
         resolution=resolution,
-        seconds=(end - built) * 1e-9,
-        build_seconds=(built - begin) * 1e-9,
+        seconds=loop.seconds.resolver,
+        build_seconds=loop.seconds.rows,
         errors={task.name: task.error.copy() for task in plan.tasks},
-        targets={name: x_d.copy() for name, x_d, _ in framed},
-        actuals={name: x.copy() for name, _, x in framed},
-        twin=resolver.closed_form(kept),
+        desired={name: x_d.copy() for name, x_d, _ in framed},
+        actual={name: x.copy() for name, _, x in framed},
+        closed_form=loop.resolver.closed_form(hierarchy),
         distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
     )
-    return step, memory
 
 
 def tracking_error(step: Step) -> float:
-    """‖e‖ [m] of the first task with a frame and rows in metres; where there is none, of the first task."""
+    """Return the tracking error of a step, ‖e‖.
+
+    Args:
+        step: The step.
+
+    Returns:
+        Norm of the error rows in metres of the first task that has a frame and such rows [m]; a task that is
+        not in force misses nothing and is passed over. Where there is no such task, norm of all error rows
+        of the first task [m, rad].
+    """
     blocks = [block for block in step.hierarchy.layout.blocks if block.level > 0]
     for block in blocks:
         metres = np.array([unit.startswith("m") for unit in block.row_units])
-        metres &= np.isfinite(step.hierarchy.lower[block.rows])  # a task out of force misses nothing
-        if block.name in step.targets and metres.any():
+        metres &= np.isfinite(step.hierarchy.lower[block.rows])
+        if block.name in step.desired and metres.any():
             return float(np.linalg.norm(step.errors[block.name][metres]))
     return float(np.linalg.norm(step.errors[blocks[0].name]))
 
 
-def usable(resolution: Resolution) -> bool:
-    """Whether an answer may be sent to a robot: it is finite, and is what the resolver stands for.
-
-    An optimum that is claimed, or one that was not quite reached, must keep the hard limits; the
-    certificate tells, whatever the claim.
-    """
-    if not np.isfinite(resolution.x).all():
-        return False
-    if resolution.status in KEPT:
-        broken = float(resolution.certificate.residuals[:, PRIMAL].max())
-        return broken <= KEPT[resolution.status]
-    return resolution.status in ANSWERED
-
-
-def not_solved(resolver: str, resolution: Resolution, when: str) -> NotSolved:
-    """The error that stops a loop, with the resolution for a post-mortem."""
-    verdict = resolution.status.name.lower().replace("_", " ")
-    if not np.isfinite(resolution.x).all() and (resolution.claimed or resolution.status in ANSWERED):
-        verdict = "not a number"
-    elif resolution.claimed:
-        verdict = "a velocity that breaks a hard limit"
-    return NotSolved(f"{resolver} at {when}: {verdict}; {resolution.status.value}", resolution)
-
-
-def _low(bound: Array) -> Array:
-    return bound - _KEEPS * np.maximum(1.0, np.abs(bound))
-
-
-def _high(bound: Array) -> Array:
-    return bound + _KEEPS * np.maximum(1.0, np.abs(bound))
+def _inside(value: Array, lower: Array, upper: Array) -> bool:
+    """Return True if lower ≤ value ≤ upper holds but for rounding."""
+    below = lower - CLOSED_FORM_INSIDE * np.maximum(1.0, np.abs(lower))
+    above = upper + CLOSED_FORM_INSIDE * np.maximum(1.0, np.abs(upper))
+    return bool(((below <= value) & (value <= above)).all())

@@ -69,7 +69,7 @@ class Batch:
     @cached_property
     def twin_distance(self) -> Array:
         """‖v − v of the closed form of the same hierarchy‖∞."""
-        twin = np.array([step.twin for step in self.steps])
+        twin = np.array([step.closed_form for step in self.steps])
         return np.abs(self.v - twin).max(axis=1)
 
     @cached_property
@@ -112,11 +112,11 @@ class Batch:
 
     def target(self, task: str) -> Array:
         """Desired pose of a frame task, (k, 4, 4)."""
-        return np.array([step.targets[task] for step in self.steps])
+        return np.array([step.desired[task] for step in self.steps])
 
     def actual(self, task: str) -> Array:
         """Actual pose of a frame task, (k, 4, 4)."""
-        return np.array([step.actuals[task] for step in self.steps])
+        return np.array([step.actual[task] for step in self.steps])
 
     def in_force(self, task: str) -> Mask:
         """Whether a task asks for anything, (k,): before its time, and after it, its rows have no bounds."""
@@ -127,7 +127,7 @@ class Batch:
     @cached_property
     def frame_tasks(self) -> tuple[str, ...]:
         """Tasks that have a desired and an actual pose."""
-        return tuple(name for name in self.steps[0].targets if name in self.steps[0].actuals)
+        return tuple(name for name in self.steps[0].desired if name in self.steps[0].actual)
 
     @cached_property
     def distance_limits(self) -> tuple[str, ...]:

@@ -71,7 +71,7 @@ class TableSink:
             "status": pa.array([answer.status.name for answer in answers]),
             "claimed": pa.array(batch.claimed),
             "certified": pa.array(batch.certified),
-            "free": pa.array([step.free for step in batch.steps]),
+            "free": pa.array([step.nothing_binds for step in batch.steps]),
             "q": _lists(batch.q),
             "q_next": _lists(batch.q_next),
             "v": _lists(batch.v),

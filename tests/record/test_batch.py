@@ -15,7 +15,7 @@ def test_columns_are_the_steps_stacked(steps, name):
         np.testing.assert_array_equal(batch.q_next[k], step.q_next)
         np.testing.assert_array_equal(batch.v[k], step.v)
         assert (batch.index[k], batch.t[k], batch.seconds[k]) == (step.index, step.t, step.seconds)
-        assert batch.twin_distance[k] == step.twin_distance
+        assert batch.twin_distance[k] == step.closed_form_distance
         assert batch.worst[k] == step.resolution.certificate.worst
         assert batch.certified[k] == step.resolution.certified()
 

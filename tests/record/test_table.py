@@ -40,7 +40,7 @@ def test_the_table_is_the_run(folder, steps):
         assert row["error/tip position"] == step.errors["tip position"].tolist()
         assert row["claimed"] == step.resolution.claimed
         assert row["certified"] == step.resolution.certified()
-        assert row["free"] == step.free
+        assert row["free"] == step.nothing_binds
         assert row["status"] == step.resolution.status.name
         assert row["accurate"] == step.resolution.accurate
         assert row["causes"] == [str(cause) for cause in step.resolution.review.causes]

@@ -48,7 +48,7 @@ class Outcome:
         self.bound += int((code != 0).any(axis=1).sum())
         for row, value in {(int(r), int(c)) for r, c in _pairs(code)}:
             self.limits[batch.active_name(row, value)] += int((code[:, row] == value).sum())
-        if batch.steps[0].targets:
+        if batch.steps[0].desired:
             self.error = max(self.error, *map(tracking_error, batch.steps))
 
     def row(self, name: str) -> str:

@@ -79,7 +79,7 @@ def test_the_trail_is_one_unbroken_path_of_the_frame(folder, steps):
     for before, after in pairwise(segments):
         np.testing.assert_array_equal(before[1], after[0])
     for tick, segment in zip(rows["tick"], segments, strict=True):
-        actual = steps["active-set"][tick].actuals["tip position"][:3, 3]
+        actual = steps["active-set"][tick].actual["tip position"][:3, 3]
         np.testing.assert_allclose(segment[1], actual, atol=1e-6)
 
 

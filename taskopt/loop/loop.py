@@ -1,0 +1,171 @@
+"""One tick of a stack, the same for a run and inside somebody's own control loop.
+
+    targets at t, rows at q ─▶ answer ─▶ may it be sent? ─▶ if not: conflict policy ─▶ tell the rate limits
+
+After a tick whose answer may not be sent, the next tick starts without memory: the active set of a hierarchy
+whose limits contradict each other is no warm start for one whose limits agree.
+"""
+
+from time import perf_counter_ns
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from taskopt.arrays import Array
+from taskopt.errors import NotSolved
+from taskopt.hierarchy.certificate import RESIDUALS
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMITS
+from taskopt.kinematics.stack import Plan
+from taskopt.loop.one_call import OneCall, one_call
+from taskopt.resolver.base import Memory, Resolver
+from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
+
+_WITHOUT_OPTIMUM = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
+_LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPPED_KEEPS_LIMITS}
+_PRIMAL = RESIDUALS.index("primal")
+
+
+class Seconds(NamedTuple):
+    """Time that the parts of one tick took.
+
+    Attributes:
+        rows: Kinematics, targets and rows [s].
+        resolver: The resolver alone [s].
+    """
+
+    rows: float
+    resolver: float
+
+
+class Loop:
+    """Take one tick after the other: rows, answer, check of its status, conflict policy.
+
+    A stack whose tasks and limits all have kernels is filled and resolved in one compiled call, if the
+    resolver is `active-set` and the norm is diagonal: calls cost more than rows. In every other case, and in
+    a loop that is `timed`, the plan fills the rows first and the resolver is called with them.
+
+    Args:
+        plan: The stack, compiled for the robot.
+        resolver: Resolves the hierarchy of each tick.
+        policy: What to do where hard limits contradict each other.
+        timed: Measure rows and resolver apart, see `seconds`.
+    """
+
+    def __init__(
+        self, plan: Plan, resolver: Resolver, policy: ConflictPolicy, *, timed: bool = False
+    ) -> None:
+        self.plan, self.resolver = plan, resolver
+        self._policy: ConflictPolicy = policy
+        self._has_rate_limits = bool(plan.rate_limits)
+        self._memory: Memory | None = None
+        self._nanoseconds = 0, 0
+        self._one_call: OneCall | None = None if timed else one_call(plan, resolver)
+        self._answer = self._one_call or self._in_two_calls
+        self._solved_is_proven = self._one_call is not None  # else SOLVED is the claim of some resolver
+
+    @property
+    def seconds(self) -> Seconds:
+        """Time of the last tick [s]; of a tick in one compiled call there is none, so zeros."""
+        rows, resolver = self._nanoseconds
+        return Seconds(1e-9 * rows, 1e-9 * resolver)
+
+    def start(self, q: ArrayLike, t: float) -> None:
+        """Anchor the targets that begin at the posture, forget the last tick, and compile what a tick needs.
+
+        Args:
+            q: Start posture, (nq,) [rad, m].
+            t: Time of the start [s].
+
+        Raises:
+            InvalidValue: q has the wrong size, or it or a target is not finite.
+        """
+        q = self.plan.robot.checked_q(q)
+        self.plan.start(q, t)
+        self.forget()
+        self._answer(q, t)
+        self.forget()
+
+    def tick(self, q: Array, t: float) -> Resolution:
+        """Resolve the stack at one posture and time, and tell the rate limits the velocity that is sent.
+
+        Args:
+            q: Posture, (nq,) [rad, m].
+            t: Time [s].
+
+        Returns:
+            A resolution whose velocity may be sent to the robot, see `may_be_sent`.
+
+        Raises:
+            InvalidValue: q has the wrong size, or it or a target is not finite.
+            Infeasible: Hard limits contradict each other, and the policy is "raise".
+            NotSolved: There is no answer that may be sent to a robot.
+        """
+        resolution = self._answer(q, t)
+        if resolution.status is not Status.SOLVED or not self._solved_is_proven:
+            resolution = self._checked(resolution, t)
+        if self._has_rate_limits:
+            self.plan.moved(resolution.x)
+        return resolution
+
+    def forget(self) -> None:
+        """Let the next tick start without a warm start."""
+        self._memory = None
+        if self._one_call is not None:
+            self._one_call.forget()
+
+    def _in_two_calls(self, q: Array, t: float) -> Resolution:
+        """Fill the rows, call the resolver with them, and take the time of both."""
+        begin = perf_counter_ns()
+        hierarchy = self.plan.at(q, t)
+        built = perf_counter_ns()
+        resolution, self._memory = self.resolver(hierarchy, self._memory)
+        self._nanoseconds = built - begin, perf_counter_ns() - built
+        return resolution
+
+    def _checked(self, answer: Resolution, t: float) -> Resolution:
+        """Return the answer if it may be sent; else forget the last tick and apply the conflict policy."""
+        if may_be_sent(answer):
+            return answer
+        self.forget()
+        plan, when = self.plan, f"t = {t:.6g} s"
+        answer = apply_conflict_policy(
+            self._policy, self.resolver, plan.hierarchy, answer, plan.brakes(), when
+        )
+        if not may_be_sent(answer):
+            raise NotSolved(f"{self.resolver.name} at {when}: {_reason(answer)}", answer)
+        return answer
+
+
+def may_be_sent(resolution: Resolution) -> bool:
+    """Decide if an answer may be sent to a robot.
+
+    An optimum that is claimed, and an answer that was not quite reached, must keep the hard limits: the
+    largest primal residual of its certificate is at most the tolerance of that status, whatever is claimed.
+    A closed form knows no limits, and an answer of a conflict policy has given some of them up.
+
+    Args:
+        resolution: The answer of any resolver, or of a conflict policy.
+
+    Returns:
+        True if the velocity is finite, the status allows sending it, and the hard limits hold to the
+        tolerance of that status.
+    """
+    if not np.isfinite(resolution.x).all():
+        return False
+    if resolution.status in _LIMITS_KEPT:
+        broken = float(resolution.certificate.residuals[:, _PRIMAL].max())
+        return broken <= _LIMITS_KEPT[resolution.status]
+    return resolution.status in _WITHOUT_OPTIMUM
+
+
+def _reason(resolution: Resolution) -> str:
+    """Say why an answer may not be sent, with the advice that its status gives."""
+    verdict = resolution.status.name.lower().replace("_", " ")
+    if not np.isfinite(resolution.x).all() and (resolution.claimed or resolution.status in _WITHOUT_OPTIMUM):
+        verdict = "not a number"
+    elif resolution.claimed:
+        verdict = "a velocity that breaks a hard limit"
+    return f"{verdict}; {resolution.status.value}"
