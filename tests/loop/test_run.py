@@ -52,8 +52,7 @@ class Faulty:
         sleep(self.seconds)
         if self.x is not None:
             resolution.answer[0] = self.x
-        resolution.status = self.status
-        return resolution, memory
+        return resolution.replaced(self.status), memory
 
     def closed_form(self, hierarchy: Hierarchy) -> np.ndarray:
         sleep(self.seconds)
