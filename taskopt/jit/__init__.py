@@ -52,13 +52,17 @@ from taskopt.jit.store import Store, users_folder
 F = TypeVar("F", bound=Callable[..., object])
 Types = tuple[types.Type, ...] | Signature  # of the arguments of a call
 
+
+class _Flags(set[str]):
+    """Compile options in an order that does not change from process to process: Numba puts it into names."""
+
+    def __repr__(self) -> str:
+        return repr(sorted(self))
+
+
 # IEEE arithmetic, where a division by zero gives inf; sums may be reordered, so that they are vectorised.
-_OPTIONS = {
-    "nopython": True,
-    "boundscheck": None,
-    "error_model": "numpy",
-    "fastmath": {"reassoc", "contract"},
-}
+_FAST = _Flags({"reassoc", "contract"})
+_OPTIONS = {"nopython": True, "boundscheck": None, "error_model": "numpy", "fastmath": _FAST}
 
 _report = Report()
 _store = Store(users_folder(str(vars(config)["CACHE_DIR"])))
