@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.target import Hold as Hold
     from taskopt.kinematics.target import Latest as Latest
     from taskopt.kinematics.target import Line as Line
-    from taskopt.kinematics.target import Reference as Reference
+    from taskopt.kinematics.target import Target as Target
     from taskopt.kinematics.task import BoundTask as BoundTask
     from taskopt.kinematics.task import BoxTask as BoxTask
     from taskopt.kinematics.task import CentreOfMassTask as CentreOfMassTask
@@ -191,7 +191,6 @@ _HOME = {
     "QuadraticProgram": "taskopt.hierarchy.qp",
     "RankRule": "taskopt.hierarchy.rank",
     "RateLimit": "taskopt.kinematics.limit",
-    "Reference": "taskopt.kinematics.target",
     "Resolution": "taskopt.hierarchy.resolution",
     "Resolver": "taskopt.resolver.base",
     "Review": "taskopt.hierarchy.review",
@@ -208,6 +207,7 @@ _HOME = {
     "Status": "taskopt.hierarchy.resolution",
     "Step": "taskopt.loop.run",
     "Sugihara": "taskopt.hierarchy.damping",
+    "Target": "taskopt.kinematics.target",
     "Task": "taskopt.kinematics.task",
     "TaskoptError": "taskopt.errors",
     "UnknownName": "taskopt.errors",

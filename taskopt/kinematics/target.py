@@ -27,7 +27,7 @@ _STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding bo
 
 
 @runtime_checkable
-class Reference(Protocol):
+class Target(Protocol):
     """A declaration; `start` turns it into the course of one task in one run."""
 
     def start(self, space: Space, start: Array, t: float) -> Course:
@@ -244,9 +244,9 @@ class Latest:
         return course
 
 
-def as_reference(value: Any) -> Reference:
+def as_target(value: Any) -> Target:
     """`value` itself if it is a reference, else `Hold(value)`."""
-    return value if isinstance(value, Reference) else Hold(value)
+    return value if isinstance(value, Target) else Hold(value)
 
 
 def _numbers(name: str, value: Any) -> Array:

@@ -10,7 +10,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.pose import exp6
 from taskopt.kinematics.space import PoseSpace, PostureSpace
 from taskopt.kinematics.stack import Stack
-from taskopt.kinematics.target import TIMING, Circle, Function, Hold, Latest, Line, as_reference
+from taskopt.kinematics.target import TIMING, Circle, Function, Hold, Latest, Line, as_target
 from taskopt.kinematics.task import FrameTask
 from tests.helpers.moving import generic_q, robot, tumbling
 
@@ -201,10 +201,10 @@ def test_a_senseless_reference_is_refused_where_it_is_written(make, error, says)
 
 
 def test_a_bare_value_is_held():
-    """as_reference leaves references alone and wraps the rest."""
+    """as_target leaves references alone and wraps the rest."""
     line = Line(to=GOAL, duration=1.0)
-    assert as_reference(line) is line
-    assert isinstance(as_reference(GOAL), Hold)
+    assert as_target(line) is line
+    assert isinstance(as_target(GOAL), Hold)
 
 
 @pytest.mark.parametrize("name", ["panda", "tiago", "talos_reduced"])

@@ -15,7 +15,7 @@ from taskopt.kinematics.axes import ROW_NAMES, ROW_UNITS, chosen_rows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace
-from taskopt.kinematics.target import Hold, Reference, as_reference
+from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.rows import gains, task_rate, weights
 
 
@@ -48,7 +48,7 @@ class CentreOfMassTask:
             raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")
         rows = chosen_rows(self.axes, "xyz")
         gain, weight = gains(self.gain, 3)[rows], weights(self.weight, 3)[rows]
-        return BoundCentreOfMass(robot, name, as_reference(self.target), rows, gain, weight)
+        return BoundCentreOfMass(robot, name, as_target(self.target), rows, gain, weight)
 
 
 class BoundCentreOfMass:
@@ -59,7 +59,7 @@ class BoundCentreOfMass:
     constant = False
 
     def __init__(
-        self, robot: Robot, name: str, reference: Reference, rows: IntArray, gain: Array, weight: Array
+        self, robot: Robot, name: str, reference: Target, rows: IntArray, gain: Array, weight: Array
     ) -> None:
         self.name, self.weight = name, weight
         self.row_names = tuple(ROW_NAMES[i] for i in rows)

@@ -14,7 +14,7 @@ from taskopt.kinematics.axes import ROW_NAMES, ROW_UNITS, chosen_rows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace
-from taskopt.kinematics.target import Hold, Reference, as_reference
+from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task import frame_kernel as k
 from taskopt.kinematics.task.rows import gains, weights
 
@@ -42,7 +42,7 @@ class _OfFrame:
         mode = k.OWN if self.expressed == "own" else k.WORLD
         if mode == k.OWN and self._ROWS == "xyz":
             mode = k.POSITION
-        reference, gain = as_reference(self.target), self._six(gains(self.gain, len(self._ROWS)))
+        reference, gain = as_target(self.target), self._six(gains(self.gain, len(self._ROWS)))
         return BoundFrame(robot, name, self.frame, reference, mode, self._rows(), gain, self._weights())
 
     def _rows(self) -> IntArray:
@@ -74,7 +74,7 @@ class FrameTask(_OfFrame):
 
     `gain` K [1/s] and `weight` (factor of ½‖·‖², in [s²/m²], [s²/rad²]): one number, or six; a weight may
     also be a pair (position, orientation). `axes`: the rows taken, such as "xyz" or "xy y", or six truth
-    values, along the axes that the task is expressed in. `target`: a `Reference`, or a pose to hold.
+    values, along the axes that the task is expressed in. `target`: a `Target`, or a pose to hold.
     """
 
     axes: str | Sequence[bool] = field(default="xyzrpy", kw_only=True)
@@ -131,7 +131,7 @@ class BoundFrame:
         robot: Robot,
         name: str,
         frame: str,
-        reference: Reference,
+        reference: Target,
         mode: int,
         rows: IntArray,
         gain: Array,

@@ -20,7 +20,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.jacobian import frame_jacobian_into, frame_pose_into
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace
-from taskopt.kinematics.target import as_reference
+from taskopt.kinematics.target import as_target
 from taskopt.kinematics.task.rows import gains, weights
 
 _BESIDE = 1e-9  # sine of an angle below which its axis of rotation is any; [m] distance of no direction
@@ -66,7 +66,7 @@ class BoxTask:
 class GazeTask:
     """Look at a point from within a cone: φ̇ ≤ K (half_angle − φ), φ the angle between axis and line of sight.
 
-    The line of sight goes from the origin of `frame` to `target`, a point (3,), or a `Reference` of
+    The line of sight goes from the origin of `frame` to `target`, a point (3,), or a `Target` of
     points or poses, whose motion is fed forward. `axis` (3,) is where the frame looks, in its own axes.
     With u the axis, d and ℓ direction and length of the line of sight, and n = u × d/sin φ,
 
@@ -147,7 +147,7 @@ class BoundGaze:
         self.cone = task.frame, self._axis, self._half_angle  # frame, unit axis in it, half angle [rad]
         self.gain, self.weight = gains(task.gain, 1), weights(task.weight, 1)
         self.error, self.value = np.zeros(1), np.zeros(1)
-        self._reference = as_reference(task.target)
+        self._reference = as_target(task.target)
         self._space = PoseSpace(f"target of '{name}'")
         self._point, self._twist = np.empty((4, 4)), np.zeros(6)
         self._pose, self._jacobian = np.empty((4, 4)), np.empty((6, robot.nv))

@@ -14,7 +14,7 @@ from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinates
-from taskopt.kinematics.target import Hold, Reference, as_reference
+from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.rows import gains, rate_units, task_rate, weights
 
 
@@ -24,7 +24,7 @@ class JointTask:
 
     The difference is taken on the manifold: continuous joints go the short way round, and a free-flyer
     or ball joint, if named, has e = q_d ⊖ q and A its exact derivative. `joints`: names, by default all
-    with one degree of freedom. `target`: a `Reference`, or a posture to hold, as a whole (nq,), one
+    with one degree of freedom. `target`: a `Target`, or a posture to hold, as a whole (nq,), one
     number a joint, or a mapping. `gain` K [1/s] and `weight` (factor of ½‖·‖²): one number, or one a row.
     """
 
@@ -56,7 +56,7 @@ class JointTask:
         kept = weight > 0.0
         gain = gains(self.gain, columns.size)[kept]
         kind = BoundPosture if (coordinates(robot)[columns, 0] == OTHER).any() else BoundJoints
-        return kind(robot, name, as_reference(self.target), space, columns[kept], gain, weight[kept])
+        return kind(robot, name, as_target(self.target), space, columns[kept], gain, weight[kept])
 
 
 def one_dof_joints(robot: Robot) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ class BoundJoints:
         self,
         robot: Robot,
         name: str,
-        reference: Reference,
+        reference: Target,
         space: PostureSpace,
         columns: IntArray,
         gain: Array,
