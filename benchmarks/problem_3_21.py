@@ -1,7 +1,7 @@
 """Problem 3.21 from every start that is clear of the object: who stays clear, and who tracks the line.
 
-    python bench/problem_3_21.py             # ϑ₁ in steps of 1°, both signs of the elbow
-    python bench/problem_3_21.py --step 5    # a quick look
+    python benchmarks/problem_3_21.py             # ϑ₁ in steps of 1°, both signs of the elbow
+    python benchmarks/problem_3_21.py --step 5    # a quick look
 
 Starts are all postures with the tip at (0.8, 0.2) m and every link outside the object. Distances are
 those of the bare segments to the circle, by elementary geometry and not by the library. Prints a
