@@ -1,21 +1,34 @@
-"""Array types, and the checks that every array from outside passes."""
+"""Array types, and the checks that every array from outside passes.
 
-from typing import Any
+The types have names of their own, so that `help()` prints `Array` instead of the type parameters of NumPy.
+"""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import numpy.typing as npt
+from typing_extensions import TypeAliasType
 
 from taskopt.errors import InvalidValue
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-StateArray = NDArray[np.int8]
+Array = TypeAliasType("Array", npt.NDArray[np.float64])
+IntArray = TypeAliasType("IntArray", npt.NDArray[np.int64])
+StateArray = TypeAliasType("StateArray", npt.NDArray[np.int8])  # −1 lower, 0 inactive, +1 upper
+Mask = TypeAliasType("Mask", npt.NDArray[np.bool_])
+ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)  # lists, tuples, numbers, arrays
 
 
 def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """A float64 copy of `value`, C-ordered; raise `InvalidValue` on a wrong shape or NaN, inf.
+    """Copy finite numbers into an array.
 
-    `None` in `shape` accepts any length on that axis.
+    Args:
+        name: What the value is called in messages.
+        value: Numbers, as an array or in nested lists.
+        shape: The shape that is expected; None accepts any length along that axis.
+
+    Returns:
+        A new float64 array in C order.
+
+    Raises:
+        InvalidValue: The value is no array of numbers, has another shape, or holds NaN or ±inf.
     """
     array = number(name, value, shape)
     if not np.isfinite(array).all():
@@ -23,13 +36,20 @@ def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     return array
 
 
-def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """As `finite`, but ±inf is allowed and means no bound; NaN is still refused."""
-    return number(name, value, shape)
-
-
 def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """A float64 copy of `value` without NaN, of the shape given."""
+    """Copy numbers into an array; ±inf is allowed.
+
+    Args:
+        name: What the value is called in messages.
+        value: Numbers, as an array or in nested lists.
+        shape: The shape that is expected; None accepts any length along that axis.
+
+    Returns:
+        A new float64 array in C order.
+
+    Raises:
+        InvalidValue: The value is no array of real numbers, has another shape, or holds NaN.
+    """
     try:
         if np.iscomplexobj(value):
             raise TypeError("complex")
@@ -48,14 +68,43 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     return array
 
 
-def positive(name: str, value: Any) -> float:
-    """A finite number > 0; raise `InvalidValue` otherwise."""
+def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
+    """Copy bounds into an array; ±inf means that there is no bound.
+
+    Args:
+        name: What the value is called in messages.
+        value: Numbers, as an array or in nested lists.
+        shape: The shape that is expected; None accepts any length along that axis.
+
+    Returns:
+        A new float64 array in C order.
+
+    Raises:
+        InvalidValue: As `number`.
+    """
+    return number(name, value, shape)
+
+
+def positive(name: str, value: ArrayLike) -> float:
+    """Return a number that is checked to be finite and > 0.
+
+    Args:
+        name: What the value is called in messages.
+        value: The number.
+
+    Returns:
+        The number as a float.
+
+    Raises:
+        InvalidValue: The value is no single number, not finite, or ≤ 0.
+    """
     result = float(finite(name, value, ()))
     if result <= 0.0:
         raise InvalidValue(f"{name} must be > 0, got {result:g}")
     return result
 
 
-def _where(mask: NDArray[np.bool_]) -> str:
+def _where(mask: Mask) -> str:
+    """Return the index of the first true entry in words."""
     index = tuple(int(i) for i in np.argwhere(mask)[0])
     return f"index {index if len(index) != 1 else index[0]}"

@@ -1,7 +1,7 @@
-"""Every deliberate error: what was wrong, what was expected, the way out.
+"""The errors that taskopt raises on purpose. Each message says what is wrong and how to mend it.
 
-Each class is also the built-in that fits, so that `except ValueError` works as a Python user
-expects, and `except TaskoptError` catches whatever this package raises on purpose.
+Each class also derives from the built-in exception that fits, so that `except ValueError` works as a Python
+user expects, and `except TaskoptError` catches everything that this package raises on purpose.
 """
 
 from collections.abc import Iterable
@@ -9,15 +9,27 @@ from difflib import get_close_matches
 
 
 class TaskoptError(Exception):
-    """Base of all errors that taskopt raises on purpose."""
+    """Base class of all errors that taskopt raises on purpose."""
 
 
 class InvalidValue(TaskoptError, ValueError):
-    """A value has the wrong shape, is not finite, or lies outside what is allowed."""
+    """A value has the wrong shape or type, is not finite, or lies outside the range that is allowed."""
 
 
 class UnknownName(TaskoptError, LookupError):
-    """A name that nothing answers to; the message carries the nearest matches."""
+    """There is nothing of that name; the message suggests the nearest names.
+
+    Args:
+        kind: What the name should be the name of, such as "robot".
+        name: The unknown name.
+        known: All names that there are.
+        hint: A sentence for the end of the message.
+
+    Attributes:
+        kind: As above.
+        name: As above.
+        known: As above, a tuple.
+    """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
@@ -27,23 +39,36 @@ class UnknownName(TaskoptError, LookupError):
         elif len(self.known) <= 12:
             way_out = f"known: {', '.join(self.known) or 'none'}"
         else:
-            way_out = f"{len(self.known)} are known, {', '.join(self.known[:6])} … among them"
+            way_out = f"{len(self.known)} are known, among them {', '.join(self.known[:6])}"
         super().__init__(f"no {kind} named '{name}'; {way_out}" + (f" {hint}" if hint else ""))
 
 
 class MissingFile(TaskoptError, FileNotFoundError):
-    """A file that was asked for, or that another file refers to, is not there."""
+    """A file is missing that was asked for, or that another file refers to."""
 
 
 class NotInstalled(TaskoptError, ImportError):
-    """An optional package is missing; the message has the line that installs it."""
+    """An optional package is missing; the message has the command that installs it.
+
+    Args:
+        what: What cannot be used without the package.
+        install: What `pip install` has to be given.
+    """
 
     def __init__(self, what: str, install: str) -> None:
         super().__init__(f"{what} is not installed; install it with: pip install {install}")
 
 
 class Infeasible(TaskoptError, ValueError):
-    """Hard limits contradict each other; `hierarchy` keeps the problem for a post-mortem."""
+    """Hard limits contradict each other; the message names them and the least relaxation.
+
+    Args:
+        message: The conflict in words.
+        hierarchy: The problem, a `Hierarchy`.
+
+    Attributes:
+        hierarchy: As above, to be looked at or saved; None if there is none.
+    """
 
     def __init__(self, message: str, hierarchy: object = None) -> None:
         super().__init__(message)
@@ -51,7 +76,15 @@ class Infeasible(TaskoptError, ValueError):
 
 
 class NotSolved(TaskoptError, RuntimeError):
-    """No answer that may be sent to a robot; `resolution` keeps problem and answer."""
+    """There is no answer that may be sent to a robot; the message says why.
+
+    Args:
+        message: Resolver, time, and the reason.
+        resolution: The refused answer, a `Resolution`.
+
+    Attributes:
+        resolution: As above, with the problem in `resolution.problem`; None if there is none.
+    """
 
     def __init__(self, message: str, resolution: object = None) -> None:
         super().__init__(message)
@@ -59,4 +92,4 @@ class NotSolved(TaskoptError, RuntimeError):
 
 
 class BadLog(TaskoptError, ValueError):
-    """A recording or table that cannot be read; the message says how much of it is whole."""
+    """A recording or table cannot be read; the message says how much of it is intact."""

@@ -1,0 +1,1 @@
+"""The control loop: one tick, used by `Controller` and by `run`; and the scenarios that a run resolves."""

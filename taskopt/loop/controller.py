@@ -1,9 +1,8 @@
 """A stack inside somebody's own control loop."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack

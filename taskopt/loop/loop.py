@@ -10,9 +10,8 @@ from time import perf_counter_ns
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import NotSolved
 from taskopt.hierarchy.certificate import RESIDUALS
 from taskopt.hierarchy.resolution import Resolution

@@ -1,4 +1,4 @@
-"""All of a run but the resolver: robot, start, stack, duration, period. One Python file in `tasks/`."""
+"""A scenario: robot, start, stack, duration and period of a run; and how scenario files are loaded."""
 
 import sys
 from dataclasses import dataclass, replace
@@ -7,25 +7,35 @@ from importlib.util import module_from_spec, spec_from_file_location
 from inspect import cleandoc
 from pathlib import Path
 
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, positive
+from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
 
-SHELF = Path("tasks")
+FOLDER = Path("tasks")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scenario:
-    """A robot that starts at q0 and follows a stack for `duration` [s] in steps of `dt` [s].
+    """Everything that a run needs besides the resolver.
 
-    `on_conflict`: what to do at a tick whose hard limits contradict each other, "raise" `Infeasible`,
-    "relax" them by the least that lets them agree, or "brake" to standstill. Raises
-    `InvalidValue` if q0 does not fit the robot or lies outside its position limits, and if `duration` or
-    `dt` is not positive, and what `Stack.compile` raises.
+    Attributes:
+        robot: The robot.
+        q0: Start posture, (nq,) [rad, m]; it must be inside the robot's position limits.
+        stack: What the robot is to do.
+        duration: Length of the run [s].
+        dt: Period, the time between two ticks [s].
+        on_conflict: What to do at a tick whose hard limits contradict each other: "raise" `Infeasible`,
+            "relax" them by the least that lets them agree, or "brake" to standstill.
+        name: Name of the run and of its log folder; a scenario file gives its own name.
+        description: A few sentences for the viewer; a scenario file gives its docstring.
+
+    Raises:
+        InvalidValue: q0 does not fit the robot or lies outside its position limits, `duration` or `dt` is
+            not positive, or the duration is less than one period; and what `Stack.compile` raises.
+        UnknownName: There is no frame, joint or policy of a name that is used.
     """
 
     robot: Robot
@@ -51,20 +61,30 @@ class Scenario:
 
     @property
     def start(self) -> Array:
-        """q0, (nq,), checked when the scenario was made."""
+        """Start posture q0, (nq,) [rad, m], checked when the scenario was made."""
         return self.q0  # type: ignore[return-value]
 
     @property
     def ticks(self) -> int:
-        """Number of steps."""
+        """Number of ticks, the duration divided by the period and rounded."""
         return round(self.duration / self.dt)
 
 
 def load_scenario(path: str | Path) -> Scenario:
-    """The `scenario` of a Python file; its name is the file's, its description the docstring.
+    """Load the scenario of a Python file: whatever the file calls `scenario`.
 
-    The file is executed: load only what you trust. Raises `MissingFile`, `InvalidValue` if it is not
-    Python or has no `scenario`, and lets through whatever the file itself raises.
+    The file is executed: load only files that you trust.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The scenario; where it has no name or description, they are the file's name and docstring.
+
+    Raises:
+        MissingFile: There is no such file; the message suggests near names.
+        InvalidValue: The file is not Python, or has no `scenario`.
+        Exception: Whatever the file itself raises.
     """
     file = _existing(Path(path))
     spec = spec_from_file_location(f"taskopt_scenario_{file.stem}", file)
@@ -78,23 +98,31 @@ def load_scenario(path: str | Path) -> Scenario:
         raise InvalidValue(f"{file} is not valid Python: line {error.lineno}: {error.msg}") from error
     scenario = getattr(module, "scenario", None)
     if not isinstance(scenario, Scenario):
-        got = "has no name `scenario`" if scenario is None else f"has a `scenario` of {type(scenario)}"
-        raise InvalidValue(f"{file} {got}; it must say scenario = Scenario(robot=…, q0=…, stack=…, …)")
+        got = "has no name `scenario`" if scenario is None else f"has a `scenario` of type {type(scenario).__name__}"
+        raise InvalidValue(f"{file} {got}; it must contain scenario = Scenario(robot=…, q0=…, stack=…, …)")
     about = scenario.description or cleandoc(module.__doc__ or "")
     return replace(scenario, name=scenario.name or file.stem, description=about)
 
 
-def scenario_files(folder: Path = SHELF) -> tuple[Path, ...]:
-    """The scenario files of a folder, by name."""
+def scenario_files(folder: Path = FOLDER) -> tuple[Path, ...]:
+    """List the scenario files of a folder.
+
+    Args:
+        folder: The folder; by default `tasks` in the working directory.
+
+    Returns:
+        The Python files whose names do not begin with an underscore, in alphabetical order.
+    """
     return tuple(sorted(file for file in folder.glob("*.py") if not file.name.startswith("_")))
 
 
 def _existing(path: Path) -> Path:
+    """Return the path of a file that exists; else raise `MissingFile` with the nearest names."""
     if path.is_file():
         return path
-    shelf = path.parent if path.parent != Path() and path.parent.is_dir() else SHELF
-    stems = {file.stem: str(file) for file in scenario_files(shelf)}
+    folder = path.parent if path.parent != Path() and path.parent.is_dir() else FOLDER
+    stems = {file.stem: str(file) for file in scenario_files(folder)}
     near = [stems[stem] for stem in get_close_matches(path.stem, stems, n=3, cutoff=0.5)]
-    there = f"there is {', '.join(stems.values())}" if stems else f"no scenario stands in {shelf}/"
+    there = f"there is {', '.join(stems.values())}" if stems else f"there are no scenarios in {folder}/"
     way_out = f"did you mean {', '.join(near)}?" if near else there
     raise MissingFile(f"no scenario file '{path}'; {way_out}")
