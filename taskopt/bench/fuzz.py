@@ -17,7 +17,7 @@ from rich import box
 from rich.table import Table
 
 from taskopt.arrays import Array
-from taskopt.bench.draw import FRAMES, aim, fuzz_robot, random_stack, random_start
+from taskopt.bench.random_stacks import FRAMES, aim, fuzz_robot, random_stack, random_start
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.hierarchy.certificate import TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from taskopt import Hierarchy, Level
-from taskopt.bench.draw import FRAMES, fuzz_robot
+from taskopt.bench.random_stacks import FRAMES, fuzz_robot
 from taskopt.bench.fuzz import Floor, Fuzzed, _judge, fuzz
 from taskopt.kinematics.collision.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
