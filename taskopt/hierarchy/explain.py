@@ -1,15 +1,19 @@
-"""A resolution in words: what is met, what is not and by how much, what holds it back, and the proof."""
+"""An answer in words: what is met, what is not and by how much, what holds it back, and the proof."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.certificate import TOLERANCE
+from taskopt.hierarchy.active import Active
+from taskopt.hierarchy.certificate import Certificate
+from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.layout import Block
-from taskopt.hierarchy.resolution import Active, Resolution
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.review import LevelAccount, Review
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import EXPLAINED_MET, PROVEN
 
-_MET = 1e-8  # a row that lacks less, relative to max(1, what it asks for), is met
 _VERDICT = {
     Status.SOLVED: "claimed to be the optimum",
     Status.FORMULA: "a closed form; limits were not looked at",
@@ -21,37 +25,56 @@ _VERDICT = {
 }
 
 
-def explain(resolution: Resolution) -> str:
-    """Plain sentences, a line each; numbers carry the units that the rows were declared with."""
-    lines = [f"Status: {_VERDICT[resolution.status]}.", _proof(resolution)]
-    if not np.isfinite(resolution.x).all():
-        return "\n".join([lines[0], f"What to do: {resolution.status.value}."])
-    lines += [_task(resolution, block) for block in resolution.problem.layout.blocks if block.level > 0]
-    lines += _outside(resolution)
-    if resolution.review is not None:
-        lines[2:2] = _accuracy(resolution.review)
-        lines += _apart(resolution.review)
-    held = [_price(active, resolution.problem.layout.level_count) for active in resolution.active]
-    if held:
+def explain(
+    problem: Hierarchy,
+    x: Array,
+    status: Status,
+    certificate: Certificate,
+    active: Sequence[Active],
+    review: Review | None,
+) -> str:
+    """Explain an answer in plain sentences, a line each, with the units that the rows were declared in.
+
+    Args:
+        problem: The hierarchy that was answered.
+        x: The answer, (n,).
+        status: What the resolver claims.
+        certificate: The proof.
+        active: The limits and inequalities that are active.
+        review: Accuracy, ranks and causes, where a reviewer looked at them.
+
+    Returns:
+        The text.
+    """
+    lines = [f"Status: {_VERDICT[status]}.", _proof(status, certificate)]
+    if not np.isfinite(x).all():
+        return "\n".join([lines[0], f"What to do: {status.value}."])
+    lines += [_task(problem, x, block) for block in problem.layout.blocks if block.level > 0]
+    lines += _broken_limits(problem, x)
+    if review is not None:
+        lines[2:2] = _accuracy(review)
+        lines += _closed_form(review)
+    if active:
+        held = [_held_back(row, problem.layout.level_count) for row in active]
         return "\n".join([*lines, "Held back by:", *held])
     return "\n".join([*lines, "No limit and no inequality holds it back."])
 
 
-def _proof(resolution: Resolution) -> str:
-    certificate = resolution.certificate
-    if resolution.status is Status.FORMULA:
+def _proof(status: Status, certificate: Certificate) -> str:
+    """Return the sentence about the certificate."""
+    if status is Status.FORMULA:
         verdict = (
             "it is the optimum all the same"
             if certificate.proves()
             else "it is not the optimum inside the limits"
         )
     else:
-        verdict = "proven" if certificate.proves() else f"not proven, which takes {TOLERANCE:g}"
+        verdict = "proven" if certificate.proves() else f"not proven, which takes {PROVEN:g}"
     return f"Certificate: {certificate}; {verdict}."
 
 
 def _accuracy(review: Review) -> list[str]:
-    """How far x is from its active set solved again; nothing for a closed form."""
+    """Return how far x is from its active set solved again; nothing for a closed form."""
     if np.isnan(review.error):
         return []
     asked = f"{review.accuracy:.0e} was asked for"
@@ -60,8 +83,8 @@ def _accuracy(review: Review) -> list[str]:
     return [f"Not accurate: x is {review.error:.1e} of its size off, and {asked}."]
 
 
-def _apart(review: Review) -> list[str]:
-    """Ranks that are lost, damping, the distance to the closed form, and what it is due to."""
+def _closed_form(review: Review) -> list[str]:
+    """Return lost ranks, damping, and the distance to the closed form with its causes."""
     lines = [line for level in review.levels for line in _decided(level)]
     head = f"Closed form: {review.difference:.3g} apart"
     if review.causes:
@@ -70,6 +93,7 @@ def _apart(review: Review) -> list[str]:
 
 
 def _decided(level: LevelAccount) -> list[str]:
+    """Return what became of the rank of one level, where there is something to say."""
     name = f"Level {level.level}" if level.level else "Hard rows"
     lines = []
     if level.lost:
@@ -80,48 +104,37 @@ def _decided(level: LevelAccount) -> list[str]:
     return lines
 
 
-def _task(resolution: Resolution, block: Block) -> str:
-    """'Level 1, hand: met' or what its worst row lacks."""
-    lack = resolution.residuals[block.name]
+def _task(problem: Hierarchy, x: Array, block: Block) -> str:
+    """Return 'Level 1, hand: met', or what the worst row of the task lacks."""
+    rows = block.rows
     head = f"Level {block.level}, {block.name}:"
-    if not len(lack):
+    if block.start == block.stop:
         return f"{head} no rows."
-    asked = _nearest(resolution, block)
-    short = np.abs(lack) / np.maximum(1.0, np.abs(asked))
+    value = problem.A[rows] @ x
+    nearest = np.clip(value, problem.lower[rows], problem.upper[rows])
+    lack = value - nearest
+    short = np.abs(lack) / np.maximum(1.0, np.abs(nearest))
     worst = int(np.argmax(short))
-    if short[worst] <= _MET:
+    if short[worst] <= EXPLAINED_MET:
         return f"{head} met."
     unit = f" {block.row_units[worst]}" if block.row_units[worst] else ""
-    missed = int(np.count_nonzero(short > _MET))
-    rows = f"{missed} of {len(lack)} rows" if len(lack) > 1 else "its row"
-    return f"{head} {rows} not met, most of all {block.row_names[worst]}, by {abs(lack[worst]):.3g}{unit}."
+    missed = int(np.count_nonzero(short > EXPLAINED_MET))
+    which = f"{missed} of {len(lack)} rows" if len(lack) > 1 else "its row"
+    return f"{head} {which} not met, most of all {block.row_names[worst]}, by {abs(lack[worst]):.3g}{unit}."
 
 
-def _nearest(resolution: Resolution, block: Block) -> Array:
-    """The side of each row that counts, 0 where it has no bound on that side."""
-    problem, rows = resolution.problem, block.rows
-    value = problem.A[rows] @ resolution.x
-    return np.clip(value, problem.lower[rows], problem.upper[rows])
+def _broken_limits(problem: Hierarchy, x: Array) -> list[str]:
+    """Return a sentence for each limit that x breaks, as only a closed form does."""
+    stop = int(problem.layout.offsets[1])
+    value, (lower, upper) = problem.values(x, stop), problem.bounds(stop)
+    outside = excess(value, lower, upper)
+    broken = np.flatnonzero(outside > EXPLAINED_MET * np.maximum(1.0, np.abs(value)))
+    names = [problem.name_of(int(i), bool(value[i] > upper[i])) for i in broken]
+    return [f"Limit broken: {name}, by {outside[i]:.3g}." for name, i in zip(names, broken, strict=True)]
 
 
-def _outside(resolution: Resolution) -> list[str]:
-    """Limits that x breaks, which only a closed form does."""
-    problem, x, n = resolution.problem, resolution.x, resolution.problem.n
-    hard = problem.layout.rows_of_level(0)
-    value = np.concatenate([x, problem.A[hard] @ x])
-    lower = np.concatenate([problem.box_lower, problem.lower[hard]])
-    upper = np.concatenate([problem.box_upper, problem.upper[hard]])
-    excess = np.maximum(lower - value, value - upper)
-    broken = np.flatnonzero(excess > _MET * np.maximum(1.0, np.abs(value)))
-    names = [
-        problem.bound_name(int(i), bool(value[i] > upper[i])) if i < n else problem.layout.row_names[i - n]
-        for i in broken
-    ]
-    return [f"Limit broken: {name}, by {excess[i]:.3g}." for name, i in zip(names, broken, strict=True)]
-
-
-def _price(active: Active, levels: int) -> str:
-    """'  velocity/joint4 upper: one unit more of it would lower the cost of level 1 by 0.3 to begin with.'"""
+def _held_back(active: Active, levels: int) -> str:
+    """Return what a bound costs: by how much the level's cost falls per unit that the bound gives way."""
     if active.multiplier == 0.0:
         return f"  {active}: met exactly, at no price."
     level = f"level {active.level}" if active.level <= levels else "the norm"

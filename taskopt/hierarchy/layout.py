@@ -1,8 +1,4 @@
-"""Where everything of a hierarchy stands: names, and places in one flat buffer.
-
-A hierarchy is rows and bounds at one tick. They live in a single float64 array, so that a tick is
-handed to a compiled kernel, copied, or logged as one thing.
-"""
+"""The names and sizes of a hierarchy, which stay the same from tick to tick."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -12,10 +8,20 @@ from itertools import count
 import numpy as np
 
 from taskopt.arrays import IntArray
+from taskopt.hierarchy.view import answer_size, buffer_size
 
 
 def numbered(names: Iterable[str]) -> list[str]:
-    """The names; one that is taken gets the next number that is free."""
+    """Return the names made different from each other: one that is taken gets the next free number.
+
+    Rows, pictures and logs all use this function, so that a thing has one name everywhere.
+
+    Args:
+        names: Names, some of them perhaps equal.
+
+    Returns:
+        As many names; of "ball", "sphere", "sphere" the last becomes "sphere 2".
+    """
     taken: list[str] = []
     for name in names:
         free = (f"{name} {i}" for i in count(2))
@@ -25,10 +31,19 @@ def numbered(names: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Block:
-    """The rows of one task, or of one limit that is not a bound on a single unknown."""
+    """The rows of one task, or of one limit that is not a bound on a single unknown.
+
+    Attributes:
+        name: Name of the task or limit.
+        level: 0 for hard rows; 1, 2, … for the levels in order of priority.
+        start: First row.
+        stop: The row after the last one.
+        row_names: Name of each row within the block.
+        row_units: Unit of each row's bounds, "" for plain numbers.
+    """
 
     name: str
-    level: int  # 0: hard limits; 1, 2, …: levels in order of priority
+    level: int
     start: int
     stop: int
     row_names: tuple[str, ...]
@@ -36,40 +51,49 @@ class Block:
 
     @property
     def rows(self) -> slice:
+        """The rows of the block among all rows."""
         return slice(self.start, self.stop)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Names and sizes: n unknowns, M rows (hard ones first, then level by level).
+    """Names and sizes of a hierarchy with n unknowns and M rows, hard rows first, then level by level.
 
-    `offsets[k] : offsets[k + 1]` are the rows of level k, level 0 being the hard rows. `column[i]`
-    is j where row i is fixed to the unit vector e_j for good, else -1: kernels use it to skip work.
+    Attributes:
+        unknowns: Name of each unknown, n of them.
+        blocks: Blocks of rows in order.
+        level_count: Number of levels, the hard rows and the norm not counted.
+        owners: Names of the limits that a bound on an unknown may come from.
+        column: For each row j if it is the unit vector e_j at every tick, else −1; empty if none is. Kernels use
+            it to skip work.
+        unknown_units: Unit of each unknown; empty where the unknowns are plain numbers.
     """
 
     unknowns: tuple[str, ...]
     blocks: tuple[Block, ...]
     level_count: int
-    owners: tuple[str, ...] = ("box",)  # limits that a bound of the box may come from
+    owners: tuple[str, ...] = ("box",)
     column: tuple[int, ...] = field(default=())
-    unknown_units: tuple[str, ...] = ()  # of each unknown; none where the unknowns are plain numbers
+    unknown_units: tuple[str, ...] = ()
 
     @cached_property
     def n(self) -> int:
+        """Number of unknowns."""
         return len(self.unknowns)
 
     @cached_property
     def row_count(self) -> int:
+        """Number M of rows, hard ones included."""
         return sum(len(block.row_names) for block in self.blocks)
 
     @cached_property
     def width(self) -> int:
-        """n + M: unknowns and rows, as multipliers and active sets count them."""
+        """n + M: the length of an active set, and of the multipliers of one level."""
         return self.n + self.row_count
 
     @cached_property
     def offsets(self) -> IntArray:
-        """First row of level 0 (hard), 1, …, and the end: level_count + 2 numbers."""
+        """First row of the hard rows, of level 1, 2, …, and the end, (level_count + 2,)."""
         counts = np.zeros(self.level_count + 2, dtype=np.int64)
         for block in self.blocks:
             counts[block.level + 1] += block.stop - block.start
@@ -77,31 +101,47 @@ class Layout:
 
     @cached_property
     def columns(self) -> IntArray:
-        """`column` as an array, -1 everywhere if none was given."""
+        """`column` as an array, (M,); −1 everywhere if none was given."""
         if not self.column:
             return np.full(self.row_count, -1, dtype=np.int64)
         return np.array(self.column, dtype=np.int64)
 
     @cached_property
     def row_names(self) -> tuple[str, ...]:
+        """Name of each row with its block, such as "hand/x"."""
         return tuple(f"{b.name}/{row}" for b in self.blocks for row in b.row_names)
 
     @cached_property
     def size(self) -> int:
-        """Length of the buffer: A (M n), lower, upper, weight (M each), box lower, upper, owners (n each)."""
-        return self.row_count * (self.n + 3) + 4 * self.n
+        """Length of the buffer that holds the numbers of a hierarchy (see `view`)."""
+        return buffer_size(self.n, self.row_count)
 
     @cached_property
     def answer_size(self) -> int:
-        """Length of an answer: x (n), multipliers (levels + 1)(n + M), certificate (levels + 1) 4, buffer."""
-        return self.n + (self.level_count + 1) * (self.width + 4) + self.size
+        """Length of an answer: x, multipliers, KKT residuals, and a copy of the buffer (see `view`)."""
+        return answer_size(self.n, self.row_count, self.level_count)
 
     def unit(self, i: int) -> str:
-        """Unit of unknown i < n, or of row i − n."""
+        """Return the unit of an unknown or of a row.
+
+        Args:
+            i: Index of an unknown, i < n, or n plus the index of a row.
+
+        Returns:
+            The unit, "" for plain numbers.
+        """
         if i < self.n:
             return self.unknown_units[i] if self.unknown_units else ""
         block = next(block for block in self.blocks if block.start <= i - self.n < block.stop)
         return block.row_units[i - self.n - block.start]
 
     def rows_of_level(self, level: int) -> slice:
+        """Return the rows of a level among all rows.
+
+        Args:
+            level: 0 for the hard rows, 1 for the first priority, and so on.
+
+        Returns:
+            The slice.
+        """
         return slice(int(self.offsets[level]), int(self.offsets[level + 1]))

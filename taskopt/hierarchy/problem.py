@@ -1,12 +1,12 @@
-"""What a stack becomes at one tick: rows in strict levels inside hard limits, and their names.
+"""A hierarchy: rows in strict levels inside hard limits at one tick, with their names.
 
-Level k = 1, 2, … asks for lower ≤ A x ≤ upper in weighted least squares (equality is
-lower = upper), strictly after the levels before it; what stays free is decided by the norm:
+Level k = 1, 2, … asks for lower ≤ A x ≤ upper in weighted least squares (an equality is lower = upper),
+strictly after the levels before it; the norm decides what stays free:
 
     lex min ( ½ Σ w_i d_i(x)² of level 1, of level 2, …, ½ xᵀ W x )
     s.t.    box_lower ≤ x ≤ box_upper,  lower_0 ≤ A_0 x ≤ upper_0,
 
-d_i being the distance of (A x)_i to its interval. Kanoun, Lamiraux and Wieber (2011), IEEE Trans.
+where d_i is the distance of (A x)_i to its interval. Kanoun, Lamiraux and Wieber (2011), IEEE Trans.
 Robotics 27(4); Escande, Mansard and Wieber (2014), Int. J. Robotics Research 33(7).
 """
 
@@ -14,22 +14,38 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from taskopt.arrays import Array, bound, finite
 from taskopt.errors import Infeasible, InvalidValue
+from taskopt.hierarchy import io
+from taskopt.hierarchy.intervals import signed_distance
 from taskopt.hierarchy.layout import Block, Layout, numbered
+from taskopt.hierarchy.tolerances import SYMMETRY
+from taskopt.hierarchy.view import Rows, box_of, rows_of
+
+Pair = tuple[ArrayLike, ArrayLike]  # (A, b) of equalities
 
 
 class Level:
-    """Rows of one priority: A x = b, or lower ≤ A x ≤ upper, each with a weight and a name.
+    """Rows of one priority: A x = b, or lower ≤ A x ≤ upper, each with a weight.
 
-    `A` is (m, n). Give `b` for equalities, `lower` and/or `upper` for inequalities (±inf: no bound
-    on that side); with both, the level holds the equalities and, below them, the inequalities on
-    the same A. `weight` multiplies ½ d² of each row: one number, or one a row.
+    With both `b` and bounds, the level holds the equalities and, below them, the inequalities on the same A.
+
+    Args:
+        A: Rows, (m, n).
+        b: Right-hand sides of equalities, (m,).
+        lower: Lower bounds of A x, (m,); −inf where there is none.
+        upper: Upper bounds of A x, (m,); inf where there is none.
+        weight: Factor w > 0 of ½ d² of each row: one number, or (m,).
+        name: Name of the level's rows in tables and sentences.
+
+    Raises:
+        InvalidValue: A shape is wrong, a number is NaN, a weight is not positive, or all of `b`, `lower` and
+            `upper` are missing.
+        Infeasible: A lower bound exceeds its upper bound.
     """
 
     def __init__(
@@ -48,14 +64,14 @@ class Level:
             raise InvalidValue("a level needs b, or lower and upper: it has neither")
         parts = [] if b is None else [(finite("b", b, (m,)),) * 2]
         if lower is not None or upper is not None:
-            low = np.full(m, -np.inf) if lower is None else bound("lower", lower, (m,))
-            high = np.full(m, np.inf) if upper is None else bound("upper", upper, (m,))
-            parts.append((low, high))
+            below = np.full(m, -np.inf) if lower is None else bound("lower", lower, (m,))
+            above = np.full(m, np.inf) if upper is None else bound("upper", upper, (m,))
+            parts.append((below, above))
         self.name = name
         self.A = np.vstack([matrix] * len(parts))
-        self.lower = np.concatenate([low for low, _ in parts])
-        self.upper = np.concatenate([high for _, high in parts])
-        _ordered(self.lower, self.upper, name or "level")
+        self.lower = np.concatenate([below for below, _ in parts])
+        self.upper = np.concatenate([above for _, above in parts])
+        _check_order(self.lower, self.upper, name or "level")
         self.weight = _weights(weight, m, len(parts))
 
     def __repr__(self) -> str:
@@ -65,7 +81,14 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class LevelRows:
-    """The rows of one level as views into a hierarchy: A (m, n), lower, upper, weight (m,)."""
+    """The rows of one level, as views into a hierarchy.
+
+    Attributes:
+        A: Rows, (m, n).
+        lower: Lower bounds of A x, (m,).
+        upper: Upper bounds of A x, (m,).
+        weight: Weights, (m,).
+    """
 
     A: Array
     lower: Array
@@ -73,29 +96,48 @@ class LevelRows:
     weight: Array
 
     def distance(self, x: Array) -> Array:
-        """Signed distance of A x to [lower, upper], (m,): > 0 above upper, < 0 below lower."""
-        value = self.A @ x
-        return value - np.clip(value, self.lower, self.upper)
+        """Return the signed distance of A x to its interval.
+
+        Args:
+            x: The unknowns, (n,).
+
+        Returns:
+            (m,): positive above the upper bound, negative below the lower one, 0 inside.
+        """
+        return signed_distance(self.A @ x, self.lower, self.upper)
 
     def cost(self, x: Array) -> float:
-        """½ Σ w d², what this level minimises."""
+        """Return what the level minimises, ½ Σ w d².
+
+        Args:
+            x: The unknowns, (n,).
+
+        Returns:
+            The cost at x.
+        """
         return 0.5 * float(self.weight @ self.distance(x) ** 2)
 
 
 class Hierarchy:
     """Levels of rows in strict order, hard limits around them, and the norm of what stays free.
 
-    `levels`: `Level`s, or (A, b) pairs, highest priority first. `box`: bounds (lower, upper) on x,
-    (n,) each. `limits`: a `Level` (or pair) whose rows must hold. `norm`: W, the diagonal (n,) or symmetric
-    positive definite (n, n); default identity. `unknowns`: names of x. Raises `InvalidValue` for
-    wrong shapes or NaN, and `Infeasible` where a lower bound exceeds its upper bound.
+    Args:
+        levels: The levels, highest priority first, each a `Level` or a pair (A, b).
+        box: Bounds (lower, upper) of x, (n,) each; None for no bounds.
+        limits: A `Level` or a pair (A, b) whose rows must hold, whatever the levels want.
+        norm: W: its diagonal (n,), or a symmetric positive definite matrix (n, n). None for the identity.
+        unknowns: Names of the entries of x; by default x0, x1, ….
+
+    Raises:
+        InvalidValue: A shape is wrong, a number is NaN, or W is not positive definite.
+        Infeasible: A lower bound exceeds its upper bound.
     """
 
     def __init__(
         self,
-        levels: Sequence[Level | tuple[Any, Any]],
-        box: tuple[ArrayLike, ArrayLike] | None = None,
-        limits: Level | tuple[Any, Any] | None = None,
+        levels: Sequence[Level | Pair],
+        box: Pair | None = None,
+        limits: Level | Pair | None = None,
         norm: ArrayLike | None = None,
         unknowns: Sequence[str] = (),
     ) -> None:
@@ -105,7 +147,7 @@ class Hierarchy:
         hard = [] if limits is None else [_as_level(limits, "limits")]
         n = _common_columns([*ranks, *hard], box)
         self.layout = _layout(ranks, hard[0] if hard else None, n, unknowns)
-        self.norm = checked_norm(norm, n)
+        self.norm = _read_only(checked_norm(norm, n))
         self.buffer = np.empty(self.layout.size)
         self.owner[:] = 0.0
         stacked = hard + ranks
@@ -114,44 +156,54 @@ class Hierarchy:
             self.lower[:] = np.concatenate([level.lower for level in stacked])
             self.upper[:] = np.concatenate([level.upper for level in stacked])
             self.weight[:] = np.concatenate([level.weight for level in stacked])
-        low, high = (np.full(n, -np.inf), np.full(n, np.inf)) if box is None else box
-        self.box_lower[:] = bound("box lower", low, (n,))
-        self.box_upper[:] = bound("box upper", high, (n,))
-        _ordered(self.box_lower, self.box_upper, "box")
+        below, above = (np.full(n, -np.inf), np.full(n, np.inf)) if box is None else box
+        self.box_lower[:] = bound("box lower", below, (n,))
+        self.box_upper[:] = bound("box upper", above, (n,))
+        _check_order(self.box_lower, self.box_upper, "box")
 
     @staticmethod
     def view(layout: Layout, buffer: Array, norm: Array) -> "Hierarchy":
-        """A hierarchy over arrays that somebody else fills; nothing is copied or checked."""
+        """Return a hierarchy over arrays that somebody else fills; nothing is copied or checked.
+
+        Args:
+            layout: Names and sizes.
+            buffer: The flat buffer, (`layout.size`,).
+            norm: W, (n,) or (n, n).
+
+        Returns:
+            The hierarchy; what is written into the buffer later shows in it.
+        """
         self = object.__new__(Hierarchy)
-        self.layout, self.buffer, self.norm = layout, buffer, norm
+        self.layout, self.buffer, self.norm = layout, buffer, _read_only(norm)
         return self
 
     def copy(self) -> "Hierarchy":
-        """The same problem in memory of its own."""
+        """Return the same problem in memory of its own; layout and norm, which never change, are shared."""
         return Hierarchy.view(self.layout, self.buffer.copy(), self.norm)
 
     def save(self, path: str | Path) -> None:
-        """Write the problem, names and all, to one .npz file, to be resolved elsewhere."""
-        from taskopt.hierarchy.io import write
+        """Write the problem with its names to one .npz file, so that it can be resolved elsewhere.
 
-        write(self, Path(path))
+        Args:
+            path: The file; it is there as a whole or not at all.
+        """
+        io.write(Path(path), self.layout, self.buffer, self.norm)
 
     @staticmethod
     def load(path: str | Path) -> "Hierarchy":
-        """What `save` wrote, bit by bit. Raises `MissingFile`, or `InvalidValue` if it is no such file."""
-        from taskopt.hierarchy.io import read
+        """Return what `save` wrote, bit by bit.
 
-        return read(Path(path))
+        Args:
+            path: The file.
 
-    @property
-    def norm(self) -> Array:
-        """W, (n,) or (n, n), read-only: copies and resolutions share it."""
-        return self._norm
+        Returns:
+            The hierarchy.
 
-    @norm.setter
-    def norm(self, W: Array) -> None:
-        self._norm = W.view()
-        self._norm.flags.writeable = False
+        Raises:
+            MissingFile: There is no such file.
+            InvalidValue: `save` did not write it.
+        """
+        return Hierarchy.view(*io.read(Path(path)))
 
     @property
     def n(self) -> int:
@@ -159,34 +211,45 @@ class Hierarchy:
         return self.layout.n
 
     @cached_property
+    def rows(self) -> Rows:
+        """All numbers as views into the buffer."""
+        layout = self.layout
+        return rows_of(self.buffer, layout.n, self.norm, layout.offsets, layout.columns)
+
+    @property
     def A(self) -> Array:
-        """All rows, (M, n): hard limits, then level by level."""
-        return self._part(0, self.layout.row_count * self.n).reshape(self.layout.row_count, self.n)
+        """All rows, (M, n): hard rows first, then level by level."""
+        return self.rows.A
 
-    @cached_property
+    @property
     def lower(self) -> Array:
-        return self._vector(0)
+        """Lower bounds of A x, (M,)."""
+        return self.rows.lower
 
-    @cached_property
+    @property
     def upper(self) -> Array:
-        return self._vector(1)
+        """Upper bounds of A x, (M,)."""
+        return self.rows.upper
 
-    @cached_property
+    @property
     def weight(self) -> Array:
-        return self._vector(2)
+        """Weights of the rows in their levels, (M,)."""
+        return self.rows.weight
 
-    @cached_property
+    @property
     def box_lower(self) -> Array:
-        return self._part(self.layout.size - 4 * self.n, self.n)
+        """Lower bounds of x, (n,)."""
+        return self.rows.box_lower
 
-    @cached_property
+    @property
     def box_upper(self) -> Array:
-        return self._part(self.layout.size - 3 * self.n, self.n)
+        """Upper bounds of x, (n,)."""
+        return self.rows.box_upper
 
     @cached_property
     def owner(self) -> Array:
-        """(2, n): which of `layout.owners` each lower and each upper bound of the box comes from."""
-        return self._part(self.layout.size - 2 * self.n, 2 * self.n).reshape(2, self.n)
+        """Index in `layout.owners` of the limit that each lower and each upper bound of x comes from, (2, n)."""
+        return box_of(self.buffer, self.layout.n)[2:]
 
     @cached_property
     def limits(self) -> LevelRows:
@@ -199,25 +262,60 @@ class Hierarchy:
         return tuple(self.level(k) for k in range(1, self.layout.level_count + 1))
 
     def level(self, k: int) -> LevelRows:
-        """Rows of level k (0: hard limits, 1: first priority, …), as views."""
+        """Return the rows of one level as views.
+
+        Args:
+            k: 0 for the hard rows, 1 for the first priority, and so on.
+
+        Returns:
+            The rows.
+        """
         rows = self.layout.rows_of_level(k)
         return LevelRows(self.A[rows], self.lower[rows], self.upper[rows], self.weight[rows])
 
     def norm_matrix(self) -> Array:
-        """W as (n, n)."""
+        """Return W as a matrix, (n, n)."""
         return np.diag(self.norm) if self.norm.ndim == 1 else self.norm
 
-    def bound_name(self, j: int, upper: bool) -> str:
-        """Name of the limit that the bound on unknown j comes from, and of the unknown."""
-        owner = self.layout.owners[int(self.owner[int(upper), j])]
-        return f"{owner}/{self.layout.unknowns[j]}"
+    def bounds(self, stop: int | None = None) -> tuple[Array, Array]:
+        """Return lower and upper bounds of the unknowns and, after them, of the rows.
 
-    def _part(self, start: int, length: int) -> Array:
-        return self.buffer[start : start + length]
+        Args:
+            stop: Take only the rows before this one; None for all.
 
-    def _vector(self, which: int) -> Array:
-        count = self.layout.row_count
-        return self._part(count * self.n + which * count, count)
+        Returns:
+            Two copies, (n + M,) each.
+        """
+        lower = np.concatenate([self.box_lower, self.lower[:stop]])
+        return lower, np.concatenate([self.box_upper, self.upper[:stop]])
+
+    def values(self, x: Array, stop: int | None = None) -> Array:
+        """Return x and, after it, A x: what `bounds` are the bounds of.
+
+        Args:
+            x: The unknowns, (n,).
+            stop: Take only the rows before this one; None for all.
+
+        Returns:
+            (n + M,).
+        """
+        return np.concatenate([x, self.A[:stop] @ x])
+
+    def name_of(self, i: int, upper: bool) -> str:
+        """Return the name of a bound: of the limit and the unknown that it bounds, or of the row.
+
+        Args:
+            i: Index of an unknown, i < n, or n plus the index of a row.
+            upper: True for the upper bound; the two bounds of an unknown may come from different limits.
+
+        Returns:
+            A name such as "velocity/joint4" or "hand/x".
+        """
+        n = self.layout.n
+        if i >= n:
+            return self.layout.row_names[i - n]
+        owner = self.layout.owners[int(self.owner[int(upper), i])]
+        return f"{owner}/{self.layout.unknowns[i]}"
 
     def __repr__(self) -> str:
         levels = ", ".join(str(len(level.lower)) for level in self.levels)
@@ -225,19 +323,37 @@ class Hierarchy:
 
 
 def checked_norm(norm: ArrayLike | None, n: int) -> Array:
-    """W as an array: the diagonal (n,) or a symmetric positive definite (n, n) matrix."""
+    """Return W of the norm ½ xᵀ W x as an array.
+
+    Args:
+        norm: The diagonal (n,), a symmetric positive definite matrix (n, n), or None for the identity.
+        n: Number of unknowns.
+
+    Returns:
+        W, (n,) or (n, n).
+
+    Raises:
+        InvalidValue: The shape is wrong, or W is not symmetric and positive definite.
+    """
     if norm is None:
         return np.ones(n)
     diagonal = np.ndim(norm) <= 1
     matrix = finite("norm", norm, (n,) if diagonal else (n, n))
     smallest = matrix.min() if diagonal else np.linalg.eigvalsh((matrix + matrix.T) / 2).min()
-    if smallest <= 0.0 or not (diagonal or np.allclose(matrix, matrix.T, rtol=1e-12, atol=0.0)):
+    if smallest <= 0.0 or not (diagonal or np.allclose(matrix, matrix.T, rtol=SYMMETRY, atol=0.0)):
         raise InvalidValue(f"norm must be symmetric and positive definite; least eigenvalue {smallest:g}")
     return matrix
 
 
-def _common_columns(levels: Sequence[Level], box: tuple[ArrayLike, ArrayLike] | None) -> int:
-    """The number of unknowns that all parts agree on."""
+def _read_only(norm: Array) -> Array:
+    """Return a view of W that nobody can write to: copies and resolutions share it."""
+    view = norm.view()
+    view.flags.writeable = False
+    return view
+
+
+def _common_columns(levels: Sequence[Level], box: Pair | None) -> int:
+    """Return the number of unknowns that all parts agree on."""
     sizes = {level.A.shape[1] for level in levels}
     if box is not None:
         if not isinstance(box, Sequence | np.ndarray) or len(box) != 2:
@@ -250,7 +366,7 @@ def _common_columns(levels: Sequence[Level], box: tuple[ArrayLike, ArrayLike] | 
 
 
 def _layout(ranks: Sequence[Level], limits: Level | None, n: int, unknowns: Sequence[str]) -> Layout:
-    """Blocks in order, each under a name of its own."""
+    """Return the layout: blocks in order, each under a name of its own."""
     if unknowns and (len(unknowns) != n or len(set(unknowns)) != n):
         raise InvalidValue(f"unknowns must be {n} names, each different, got {tuple(unknowns)}")
     parts = [(k, level) for k, level in enumerate([limits, *ranks]) if level is not None]
@@ -266,8 +382,8 @@ def _layout(ranks: Sequence[Level], limits: Level | None, n: int, unknowns: Sequ
     return Layout(of_x, tuple(blocks), len(ranks))
 
 
-def _as_level(value: Any, what: str) -> Level:
-    """A `Level`, or an (A, b) pair made one."""
+def _as_level(value: Level | Pair, what: str) -> Level:
+    """Return a `Level` as it is, and a pair (A, b) as a level of equalities."""
     if isinstance(value, Level):
         return value
     if not isinstance(value, tuple | list) or len(value) != 2:
@@ -275,7 +391,8 @@ def _as_level(value: Any, what: str) -> Level:
     return Level(*value)
 
 
-def _ordered(lower: Array, upper: Array, name: str) -> None:
+def _check_order(lower: Array, upper: Array, name: str) -> None:
+    """Raise `Infeasible` where an interval is empty."""
     wrong = np.flatnonzero((lower > upper) | (lower == np.inf) | (upper == -np.inf))
     if wrong.size:
         i = int(wrong[0])
@@ -286,6 +403,7 @@ def _ordered(lower: Array, upper: Array, name: str) -> None:
 
 
 def _weights(weight: ArrayLike, m: int, parts: int) -> Array:
+    """Return the weights of m rows that stand `parts` times below each other."""
     w = finite("weight", weight, (m,) if np.ndim(weight) else ())
     if (w <= 0.0).any():
         raise InvalidValue(f"weight must be > 0, got {w.min():g}")

@@ -1,37 +1,55 @@
-"""The one place where rank is decided: which singular values count, and which directions are lost."""
+"""Decide rank in one place: which singular values count, which rows are equalities, and what W changes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.review import LevelAccount
-
-LOST = 1e-10
+from taskopt.hierarchy.tolerances import LOST, REGAINED
 
 
 @dataclass(frozen=True)
 class RankRule:
-    """A direction is lost where σ ≤ lost · scale; once lost, it is back where σ > regained · scale.
+    """A threshold with hysteresis for singular values.
 
-    `scale` is the size of the rows that σ comes from, before projection. Between the two thresholds
-    the rank stays what it was a tick ago, so that it does not chatter. A larger `lost` gives a
-    direction up sooner: velocities stay below 1/(lost · scale) times the task's, and the task is
-    missed along that direction. Golub and Van Loan (2013), Sect. 5.4, put the threshold of a single
-    matrix at max(m, n) · ε.
+    A direction is lost where σ ≤ lost · scale; once lost, it is back where σ > regained · scale. `scale` is
+    the size of the rows that σ comes from, before projection. Between the two thresholds the rank stays what
+    it was a tick ago, so that it does not alternate. A larger `lost` gives a direction up sooner: velocities
+    stay below 1/(lost · scale) times the task's, and the task is missed along that direction.
+
+    Attributes:
+        lost: Relative singular value at or below which a direction is lost.
+        regained: Relative singular value above which a lost direction is back.
+
+    Raises:
+        InvalidValue: 0 < lost ≤ regained < 1 does not hold.
+
+    Source: Golub and Van Loan (2013), "Matrix Computations", Sect. 5.4; for a single matrix they put the
+    threshold at max(m, n) times the machine precision.
     """
 
     lost: float = LOST
-    regained: float = 10.0 * LOST
+    regained: float = REGAINED
 
     def __post_init__(self) -> None:
         if not 0.0 < self.lost <= self.regained < 1.0:
             raise InvalidValue(f"0 < lost ≤ regained < 1 is needed, got {self.lost} and {self.regained}")
 
     def rank(self, sigma: Array, scale: float, before: int | None = None) -> int:
-        """How many of the singular values (falling) count; `before` is last tick's rank, if there was one."""
+        """Return how many singular values count.
+
+        Args:
+            sigma: Singular values, falling, (r,).
+            scale: Size of the rows before projection.
+            before: The rank of the last tick; None if there was none.
+
+        Returns:
+            The rank.
+        """
         kept = int(np.count_nonzero(sigma > self.lost * scale))
         if before is None:
             return kept
@@ -41,7 +59,19 @@ class RankRule:
     def account(
         self, level: int, rows: int, free: int, sigma: Array, scale: float, before: Sequence[int]
     ) -> LevelAccount:
-        """The rank of a level with its evidence; `before` are last tick's ranks of all levels, or none."""
+        """Return the rank of a level together with the singular values that decided it.
+
+        Args:
+            level: 0 for the hard rows, 1 for the first priority, and so on.
+            rows: Number of equality rows of the level.
+            free: Number of directions that the levels before left.
+            sigma: Singular values of the rows in those directions, falling.
+            scale: Size of the rows before projection.
+            before: Ranks of all levels in the last tick; empty if there was none.
+
+        Returns:
+            The account.
+        """
         r = self.rank(sigma, scale, before[level] if level < len(before) else None)
         kept = float(sigma[r - 1]) / scale if r else np.inf
         dropped = float(sigma[r]) / scale if r < len(sigma) else 0.0
@@ -52,5 +82,59 @@ RULE = RankRule()
 
 
 def row_scale(J: Array, root: Array) -> float:
-    """Size of weighted rows before projection, root being √w: max of √w and row norms."""
+    """Return the size of weighted rows before projection: the largest of all √w and all row norms.
+
+    Args:
+        J: Rows times √w, (m, n).
+        root: √w, (m,).
+
+    Returns:
+        The size.
+    """
     return float(max(root.max(initial=0.0), np.sqrt((J**2).sum(axis=1)).max(initial=0.0)))
+
+
+def equality_levels(hierarchy: Hierarchy) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield A, b and weight of the equality rows: the hard ones first, then level by level.
+
+    Args:
+        hierarchy: The problem. Unknowns whose two bounds agree count among the hard rows.
+
+    Yields:
+        A (m, n), b (m,) and weight (m,) of each level.
+    """
+    fixed = hierarchy.box_lower == hierarchy.box_upper
+    for k in range(hierarchy.layout.level_count + 1):
+        level = hierarchy.level(k)
+        equal = level.lower == level.upper
+        A, b, weight = level.A[equal], level.upper[equal], level.weight[equal]
+        if k == 0:
+            A = np.vstack([np.eye(hierarchy.n)[fixed], A])
+            b = np.concatenate([hierarchy.box_upper[fixed], b])
+            weight = np.ones(len(b))
+        yield A, b, weight
+
+
+def root_of(W: Array) -> Array:
+    """Return the upper triangular L with W = Lᵀ L, (n, n).
+
+    Args:
+        W: The diagonal (n,) or the matrix (n, n).
+
+    Returns:
+        L, so that z = L x has the norm ½ zᵀ z = ½ xᵀ W x.
+    """
+    return np.asarray(np.diag(np.sqrt(W)) if W.ndim == 1 else np.linalg.cholesky(W).T, dtype=np.float64)
+
+
+def inverse_root(W: Array) -> Array:
+    """Return L⁻¹ with W = Lᵀ L, (n, n).
+
+    Args:
+        W: The diagonal (n,) or the matrix (n, n).
+
+    Returns:
+        L⁻¹, so that x = L⁻¹ z.
+    """
+    inverse = np.diag(1.0 / np.sqrt(W)) if W.ndim == 1 else np.linalg.inv(root_of(W))
+    return np.asarray(inverse, dtype=np.float64)

@@ -1,17 +1,19 @@
-"""What a second look at an answer finds: how accurate it is, and why it is not the closed form."""
+"""The review of an answer: how accurate it is, which ranks were decided, and why it is not the closed form."""
 
 from typing import NamedTuple, Protocol
 
 from taskopt.arrays import Array
 
-ACCURACY = 1e-8  # wanted in x, relative to its largest entry, unless a resolver is asked for another
-SMALLEST = 1e-6  # [rad/s, m/s] an x that is smaller counts as that large: nothing is exact relative to zero
-
 
 class Cause(NamedTuple):
-    """One reason why an answer is apart from its closed form."""
+    """One reason why an answer differs from its closed-form answer.
 
-    kind: str  # "limit", "rank", "damping", "accuracy"
+    Attributes:
+        kind: "limit", "rank", "damping" or "accuracy".
+        text: The reason in words.
+    """
+
+    kind: str
     text: str
 
     def __str__(self) -> str:
@@ -19,51 +21,61 @@ class Cause(NamedTuple):
 
 
 class LevelAccount(NamedTuple):
-    """What became of the equality rows of one level; level 0 are the hard ones."""
+    """What became of the equality rows of one level.
+
+    Attributes:
+        level: 0 for the hard rows, 1 for the first priority, and so on.
+        rows: Number of equality rows.
+        free: Number of directions that the levels before left.
+        rank: Number of directions that this level decided.
+        kept: Smallest singular value that counts, relative to the size of the rows; inf if there is none.
+        dropped: Largest singular value that does not count, likewise; 0 if there is none.
+        damping: The largest k² that any of its directions was damped with.
+    """
 
     level: int
     rows: int
-    free: int  # directions that the levels before left
-    rank: int  # directions that this level decided
-    kept: float  # the smallest singular value that counts, relative to the size of the rows; inf for none
-    dropped: float  # the largest one that does not; 0 for none
-    damping: float = 0.0  # the largest k² that any of its directions got
+    free: int
+    rank: int
+    kept: float
+    dropped: float
+    damping: float = 0.0
 
     @property
     def lost(self) -> int:
-        """Directions that its rows could have decided, and did not."""
+        """Number of directions that the rows could have decided and did not."""
         return min(self.rows, self.free) - self.rank
 
 
 class Review(Protocol):
-    """The second look; everything in it is computed when it is first asked for."""
+    """What a resolver's reviewer finds; each part is computed when it is first asked for."""
 
     @property
     def accuracy(self) -> float:
-        """What the resolver was asked for in x, relative."""
+        """Error of x, relative to its largest entry, that the resolver was asked for."""
         ...
 
     @property
     def closed_form(self) -> Array:
-        """x (n,) of the undamped closed form of the same problem, which knows no inequality."""
+        """Undamped closed-form answer to the same problem, (n,); it knows no inequality."""
         ...
 
     @property
     def difference(self) -> float:
-        """‖x − closed form‖∞."""
+        """Largest entry of |x − closed-form answer|."""
         ...
 
     @property
     def error(self) -> float:
-        """‖x − x re-solved on the final active set‖∞, relative to x; NaN for a closed form."""
+        """Largest entry of |x − x solved again on the final active set|, relative to x; NaN for a closed form."""
         ...
 
     @property
     def levels(self) -> tuple[LevelAccount, ...]:
-        """Ranks and damping, level by level, the hard rows first."""
+        """Ranks and damping level by level, the hard rows first."""
         ...
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """Why x is apart from the closed form by more than the accuracy; nothing where it is not."""
+        """Reasons why x differs from the closed-form answer by more than the accuracy; empty if it does not."""
         ...

@@ -1,10 +1,13 @@
-"""What a resolver, or a solver, says of its own answer."""
+"""The status that a resolver or a solver gives its own answer."""
 
 from enum import Enum
 
 
 class Status(Enum):
-    """What a resolver says of its own answer; the value is the advice. A claim, not a proof."""
+    """What a resolver or solver claims of its own answer; the value is advice in words.
+
+    A status is a claim. The certificate decides whether an answer is proven.
+    """
 
     SOLVED = "it claims an optimum; the certificate decides"
     FORMULA = "a closed form that knows no limits; it claims nothing"

@@ -1,17 +1,148 @@
 """Every tolerance of the package, in one table: what it decides, and what another value would do.
 
 Tolerances are plain numbers, since compiled kernels read them as constants. Counts, such as how often a
-search may be repeated, stand where they are used.
+search may be repeated, stand where they are used, with their reason. "Relative to the row" means relative to
+the Euclidean norm of the row, or to its largest term |A_ij x_j| where the entry says so.
 """
 
-# --- Proof of an answer -------------------------------------------------------------------------------
+# --- Proof of an answer: hierarchy/certificate, hierarchy/multipliers, hierarchy/qp --------------------
 
 PROVEN = 1e-8
-"""Largest KKT residual (relative, see `Certificate`) with which an answer counts as proven.
+"""Largest KKT residual, relative as in `Certificate`, with which an answer counts as proven.
 
 Smaller: right answers of interior-point and augmented-Lagrangian solvers are refused, since they stop near
-1e-9. Larger: errors of that relative size in x pass as proven.
+1e-9. Larger: answers that are off by that share of their level's gradient pass as proven.
 """
+
+CERTIFICATE_ROUNDING = 1e-13
+"""A multiplier, or a violation, below this share of its level's scale is rounding, and frees no sign.
+
+The certificate lets a row carry either sign at later levels once it was needed, or violated, at an earlier
+one. Smaller: rounding noise of about 1e-15 frees rows that nothing decided, and wrong answers are proven.
+Larger: right answers with small multipliers, as near singularities, are refused.
+"""
+
+CERTAIN_MULTIPLIER = 10.0
+"""A multiplier must exceed this many times the stationarity left at its level to free the sign of its row.
+
+Smaller: a multiplier that is itself a fit error frees a row. Larger: answers of loose solvers are refused
+where later levels pull against their limits.
+"""
+
+AT_BOUND = 1e-8
+"""Distance to a bound, relative to max(1, largest term of the row), below which x stands on that bound.
+
+It decides which rows may take a multiplier when only x is known. Smaller: answers of solvers that stop at
+1e-9 lose the multipliers that prove them. Larger: rows take multipliers that complementarity then refuses.
+"""
+
+FIT_VIOLATED = 1e-9
+"""Violation of a row, relative to its largest term, beyond which its sign is free when multipliers are fitted.
+
+It is larger than `CERTIFICATE_ROUNDING`, because x may come from a solver that stops at 1e-9. Smaller: solver
+noise frees signs, and the certificate refuses the fit. Larger: violated rows keep one sign, and no fit exists.
+"""
+
+NO_GRADIENT = 1e-13
+"""Largest entry of a level's gradient that needs no multipliers at all: the level is stationary as it is.
+
+Smaller: multipliers are fitted to rounding noise. Larger: levels in small units lose their multipliers.
+"""
+
+FIT_RANK = 1e-10
+"""Singular value, relative to the largest, below which rows count as dependent when multipliers are fitted.
+
+Smaller: dependent rows get huge multipliers that cancel. Larger: rows near a singularity get none.
+"""
+
+FIT_DONE = 1e-14
+"""Largest entry that the sign-free rows leave of a gradient, relative to it, below which the fit is done.
+
+Smaller: a least-squares problem of pure rounding is solved as well. Larger: signed rows miss their multiplier.
+"""
+
+# --- Names and sentences: hierarchy/active, hierarchy/explain, hierarchy/alternation -------------------
+
+COUNTED_MULTIPLIER = 1e-9
+"""A multiplier below this share of max(1, the largest of its level or row) is solver accuracy, and counts as none.
+
+It decides at which level an active row is said to bind, and which rows a solver's answer holds active.
+Smaller: rows are named that only noise holds. Larger: limits near a singularity are not named.
+"""
+
+COUNTED_VIOLATION = 1e-9
+"""A violation below this share of max(1, |value|) is solver accuracy, and counts as none.
+
+Smaller: rows that solvers meet to 1e-10 are named as violated. Larger: missed inequalities are not named.
+"""
+
+EXPLAINED_MET = 1e-8
+"""A row that misses its target by less, relative to max(1, |target|), is called met in `explain`.
+
+Smaller: sentences speak of misses of solver accuracy. Larger: misses of a user's interest are hidden.
+"""
+
+DECISIVE_MULTIPLIER = 1e-8
+"""A multiplier below this share of max(1, the largest) decides nothing when alternation is blamed on a cause.
+
+Smaller: alternation by rounding is blamed on gain or rank. Larger: real contacts are blamed on rounding.
+"""
+
+NEAR_RANK_LOSS = 1e-3
+"""σ_min/σ_max of the rows of a level below which alternation is blamed on a loss of rank.
+
+Smaller: singular postures are blamed on the gain. Larger: ordinary postures are blamed on rank.
+"""
+
+LOST_FOR_GOOD = 1e-12
+"""σ/σ_max below which a direction is lost for good, so that no alternation comes from it.
+
+Smaller: rounding counts as a direction. Larger: directions that are nearly lost are not blamed.
+"""
+
+SIGN_CHANGE = 1e-9
+"""Right-hand side, relative to max(1, |it|), whose change of sign counts as an overshot target.
+
+Smaller: noise around zero counts as overshooting. Larger: overshooting in small motions is missed.
+"""
+
+# --- Rank: hierarchy/rank -------------------------------------------------------------------------------
+
+LOST = 1e-10
+"""A direction is lost where its singular value, or what is left of its row, is at most this share of the rows.
+
+Smaller: joint velocities may exceed 1/LOST times what the task asks for. Larger: directions near a singularity
+are given up although double precision could still follow them.
+"""
+
+REGAINED = 1e-9
+"""A direction that was lost is back where its singular value exceeds this share of the rows (hysteresis).
+
+It must not be below `LOST`; equal to it, the rank may alternate from tick to tick.
+"""
+
+# --- Accuracy of x: resolvers and their second look -----------------------------------------------------
+
+ACCURACY = 1e-8
+"""Error of x relative to its largest entry that a resolver is asked for, unless it is told another one.
+
+Smaller: first-order solvers run into their iteration limits. Larger: velocities are visibly wrong.
+"""
+
+SMALLEST_VELOCITY = 1e-6
+"""[rad/s, m/s] An x with a smaller largest entry counts as this large: nothing is exact relative to zero.
+
+Smaller: answers near rest are called inaccurate for noise. Larger: slow motions are judged too kindly.
+"""
+
+SYMMETRY = 1e-12
+"""Relative difference between an entry of a matrix and its transpose, up to which it counts as symmetric.
+
+Smaller: matrices that are symmetric but for rounding are refused. Larger: wrong input passes.
+"""
+
+SYMMETRY_FLOOR = 1e-14
+"""Absolute difference between an entry of H and its transpose that counts as none: entries may be zero."""
 
 # --- Control loop and run -----------------------------------------------------------------------------
 

@@ -1,0 +1,83 @@
+"""Active rows by name: which limits and inequalities hold an answer back, and their multipliers."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from taskopt.arrays import Array, StateArray
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER
+
+
+class Active(NamedTuple):
+    """A bound in the final active set, with its multiplier at one level.
+
+    Attributes:
+        name: Name of the limit or task, and of the unknown or row, such as "velocity/joint4".
+        side: "lower" or "upper".
+        multiplier: The multiplier, positive at an upper bound and negative at a lower one. At the first level
+            with a multiplier, a unit of the bound would lower ½ Σ w d² of that level by its magnitude.
+        level: The level that it belongs to, 1 for the first; the number of levels plus one is the norm.
+    """
+
+    name: str
+    side: str
+    multiplier: float
+    level: int
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.side}"
+
+
+def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tuple[Active, ...]:
+    """Return the limits and inequalities in an active set, each at the first level where it has a multiplier.
+
+    An equality holds on both sides and never counts.
+
+    Args:
+        problem: The hierarchy that was answered.
+        state: Active set, (n + M,): −1 at a lower bound, 1 at an upper one, else 0.
+        multipliers: (levels + 1, n + M), the norm last.
+
+    Returns:
+        One entry for each active bound, box first, then rows in order.
+    """
+    lower, upper = problem.bounds()
+    found = []
+    for i in np.flatnonzero((state != 0) & (lower < upper)):
+        level = int(np.argmax(_counted(multipliers[:, i])))
+        name = problem.name_of(int(i), bool(state[i] > 0))
+        side = "upper" if state[i] > 0 else "lower"
+        found.append(Active(name, side, float(multipliers[level, i]), level + 1))
+    return tuple(found)
+
+
+def level_multipliers(problem: Hierarchy, state: StateArray, multipliers: Array) -> tuple[Active, ...]:
+    """Return the multiplier of every active bound at every level where it has one, level by level.
+
+    At the first of its levels, ∂(½ Σ w d²)/∂bound = −multiplier. At later ones it is the rate of that level's
+    cost with all levels before held at their residuals.
+
+    Args:
+        problem: The hierarchy that was answered.
+        state: Active set, (n + M,).
+        multipliers: (levels + 1, n + M), the norm last.
+
+    Returns:
+        The entries, those of the first level first.
+    """
+    columns = {problem.name_of(int(i), bool(state[i] > 0)): int(i) for i in np.flatnonzero(state)}
+    found = []
+    for row in active_rows(problem, state, multipliers):
+        values = multipliers[:, columns[row.name]]
+        found += [
+            row._replace(multiplier=float(values[k]), level=int(k) + 1)
+            for k in np.flatnonzero(_counted(values))
+            if k + 1 >= row.level
+        ]
+    return tuple(sorted(found, key=lambda row: row.level))
+
+
+def _counted(values: Array) -> Array:
+    """Return which multipliers of one row, (levels + 1,), are more than solver accuracy."""
+    return np.abs(values) > COUNTED_MULTIPLIER * max(1.0, float(np.abs(values).max()))
