@@ -50,7 +50,7 @@ def least_violation(hierarchy: Hierarchy, kept: set[Side] | None = None) -> floa
     """The least largest violation of the hard limits, or of those kept, by a linear program."""
     low = np.concatenate([hierarchy.box_lower, hierarchy.limits.lower])
     high = np.concatenate([hierarchy.box_upper, hierarchy.limits.upper])
-    names = [hierarchy.bound_name(j, True) for j in range(hierarchy.n)] + list(hierarchy.layout.row_names)
+    names = [hierarchy.name_of(j, True) for j in range(hierarchy.n)] + list(hierarchy.layout.row_names)
     chosen = None if kept is None else {(side.name, side.side) for side in kept}
     rows: list[Array] = []
     bounds: list[float] = []

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from taskopt.errors import NotSolved as NotSolved
     from taskopt.errors import TaskoptError as TaskoptError
     from taskopt.errors import UnknownName as UnknownName
+    from taskopt.hierarchy.active import Active as Active
     from taskopt.hierarchy.alternation import Chatter as Chatter
     from taskopt.hierarchy.alternation import chatter as chatter
     from taskopt.hierarchy.certificate import Certificate as Certificate
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.qp import QuadraticProgram as QuadraticProgram
     from taskopt.hierarchy.qp import Solution as Solution
     from taskopt.hierarchy.rank import RankRule as RankRule
-    from taskopt.hierarchy.resolution import Active as Active
     from taskopt.hierarchy.resolution import Resolution as Resolution
     from taskopt.hierarchy.review import Cause as Cause
     from taskopt.hierarchy.review import LevelAccount as LevelAccount

@@ -19,9 +19,9 @@ from rich.table import Table
 from taskopt.arrays import Array
 from taskopt.bench.random_stacks import FRAMES, aim, fuzz_robot, random_stack, random_start
 from taskopt.errors import Infeasible, NotSolved
-from taskopt.hierarchy.certificate import TOLERANCE
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.tolerances import PROVEN
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.loop.controller import Controller
@@ -166,8 +166,8 @@ def _judge(
         _report(tally, resolution.problem, keep)
         return
     tally.certificate = max(tally.certificate, resolution.certificate.worst)
-    tally.unproven += not resolution.certified(TOLERANCE)
-    if not resolution.certified(TOLERANCE) or max(missed.values()) > KEPT:
+    tally.unproven += not resolution.certified(PROVEN)
+    if not resolution.certified(PROVEN) or max(missed.values()) > KEPT:
         _save(tally, resolution.problem, keep)
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, PROVEN
-from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
+from taskopt.hierarchy.view import RESIDUAL_KINDS, view_rows
 from taskopt.jit import kernel, kernel_apart
 
 RESIDUALS = ("stationarity", "primal", "dual", "complementarity")  # the columns of `Certificate.residuals`
@@ -144,7 +144,10 @@ def certify_kernel(buffer, norm, offsets, columns, x, y, out):
     count = columns.size
     work = np.empty(3 * count + n)
     judged = _Judged(
-        work[:count], work[count : 2 * count], work[2 * count : 3 * count], np.empty(n + count, dtype=np.bool_)
+        work[:count],
+        work[count : 2 * count],
+        work[2 * count : 3 * count],
+        np.empty(n + count, dtype=np.bool_),
     )
     gradient, reach = work[3 * count :], max(1.0, largest_entry(x))
     primal = _feasibility(rows, x, judged)

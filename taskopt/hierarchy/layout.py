@@ -64,8 +64,8 @@ class Layout:
         blocks: Blocks of rows in order.
         level_count: Number of levels, the hard rows and the norm not counted.
         owners: Names of the limits that a bound on an unknown may come from.
-        column: For each row j if it is the unit vector e_j at every tick, else −1; empty if none is. Kernels use
-            it to skip work.
+        column: For each row j if it is the unit vector e_j at every tick, else −1; empty if none is.
+            Kernels use it to skip work.
         unknown_units: Unit of each unknown; empty where the unknowns are plain numbers.
     """
 

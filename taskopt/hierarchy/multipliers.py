@@ -80,7 +80,7 @@ def _roles(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[NDArr
 
 
 def _fit(gradient: Array, free: Array, signed: Array, side: IntArray) -> tuple[Array, Array]:
-    """Return the y of free and of signed rows with least ‖gradient + freeᵀ y + signedᵀ y'‖, y' on its side."""
+    """Return y of free and y' of signed rows with least ‖gradient + freeᵀ y + signedᵀ y'‖, y' on its side."""
     y_signed = np.zeros(len(signed))
     if len(signed):
         rest, columns = gradient, (signed * side[:, None]).T

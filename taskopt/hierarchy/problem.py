@@ -248,7 +248,7 @@ class Hierarchy:
 
     @cached_property
     def owner(self) -> Array:
-        """Index in `layout.owners` of the limit that each lower and each upper bound of x comes from, (2, n)."""
+        """Index in `layout.owners` of the limit behind each lower and each upper bound of x, (2, n)."""
         return box_of(self.buffer, self.layout.n)[2:]
 
     @cached_property

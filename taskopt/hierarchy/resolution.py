@@ -141,7 +141,7 @@ class Resolution:
 
     @cached_property
     def active(self) -> tuple[Active, ...]:
-        """Limits and inequalities in the final active set by name, each at the first level where it counts."""
+        """Limits and inequalities in the final active set, each at the first level where it counts."""
         return active_rows(self.problem, self.state, self.multipliers)
 
     @cached_property

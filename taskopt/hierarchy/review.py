@@ -1,4 +1,4 @@
-"""The review of an answer: how accurate it is, which ranks were decided, and why it is not the closed form."""
+"""The review of an answer: its accuracy, its ranks, and why it differs from the closed-form answer."""
 
 from typing import NamedTuple, Protocol
 
@@ -67,7 +67,7 @@ class Review(Protocol):
 
     @property
     def error(self) -> float:
-        """Largest entry of |x − x solved again on the final active set|, relative to x; NaN for a closed form."""
+        """Error of x against x solved again on its final active set, relative to x; NaN for a closed form."""
         ...
 
     @property
@@ -77,5 +77,5 @@ class Review(Protocol):
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """Reasons why x differs from the closed-form answer by more than the accuracy; empty if it does not."""
+        """Reasons why x differs from the closed form by more than the accuracy; empty if it does not."""
         ...

@@ -37,10 +37,10 @@ It decides which rows may take a multiplier when only x is known. Smaller: answe
 """
 
 FIT_VIOLATED = 1e-9
-"""Violation of a row, relative to its largest term, beyond which its sign is free when multipliers are fitted.
+"""Violation of a row, relative to its largest term, beyond which a fitted multiplier may have either sign.
 
 It is larger than `CERTIFICATE_ROUNDING`, because x may come from a solver that stops at 1e-9. Smaller: solver
-noise frees signs, and the certificate refuses the fit. Larger: violated rows keep one sign, and no fit exists.
+noise frees signs, and the certificate refuses the fit. Larger: violated rows keep one sign; no fit exists.
 """
 
 NO_GRADIENT = 1e-13
@@ -58,13 +58,13 @@ Smaller: dependent rows get huge multipliers that cancel. Larger: rows near a si
 FIT_DONE = 1e-14
 """Largest entry that the sign-free rows leave of a gradient, relative to it, below which the fit is done.
 
-Smaller: a least-squares problem of pure rounding is solved as well. Larger: signed rows miss their multiplier.
+Smaller: a least-squares problem of pure rounding is solved as well. Larger: signed rows lack a multiplier.
 """
 
 # --- Names and sentences: hierarchy/active, hierarchy/explain, hierarchy/alternation -------------------
 
 COUNTED_MULTIPLIER = 1e-9
-"""A multiplier below this share of max(1, the largest of its level or row) is solver accuracy, and counts as none.
+"""A multiplier below this share of max(1, the largest of its level or row) counts as none.
 
 It decides at which level an active row is said to bind, and which rows a solver's answer holds active.
 Smaller: rows are named that only noise holds. Larger: limits near a singularity are not named.
@@ -109,10 +109,10 @@ Smaller: noise around zero counts as overshooting. Larger: overshooting in small
 # --- Rank: hierarchy/rank -------------------------------------------------------------------------------
 
 LOST = 1e-10
-"""A direction is lost where its singular value, or what is left of its row, is at most this share of the rows.
+"""A direction is lost where its singular value, or what is left of its row, is at most this share of it.
 
-Smaller: joint velocities may exceed 1/LOST times what the task asks for. Larger: directions near a singularity
-are given up although double precision could still follow them.
+Smaller: joint velocities may exceed 1/LOST times what the task asks for. Larger: directions near a
+singularity are given up although double precision could still follow them.
 """
 
 REGAINED = 1e-9

@@ -12,8 +12,9 @@ from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.review import ACCURACY, LevelAccount
+from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.resolver.tick_review import TickReview
 
 _COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy

@@ -13,9 +13,8 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import NONE, Damping
-from taskopt.hierarchy.equality import equality_levels, inverse_root, root_of
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.rank import RULE, RankRule, row_scale
+from taskopt.hierarchy.rank import RULE, RankRule, equality_levels, inverse_root, root_of, row_scale
 from taskopt.hierarchy.review import LevelAccount
 
 SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels

@@ -7,10 +7,9 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import CONSTANT, NONE, ConstantDamping, Damping, NoDamping
-from taskopt.hierarchy.equality import equality_levels
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.rank import RULE, RankRule
+from taskopt.hierarchy.rank import RULE, RankRule, equality_levels
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, checked

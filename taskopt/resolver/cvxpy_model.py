@@ -12,12 +12,12 @@ import numpy as np
 from scipy.linalg import qr
 
 from taskopt.arrays import Array, IntArray
-from taskopt.hierarchy.equality import root_of
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy, LevelRows
-from taskopt.hierarchy.rank import LOST
+from taskopt.hierarchy.rank import root_of
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import LOST
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.equality import inverse_root
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.rank import RULE, RankRule, row_scale
+from taskopt.hierarchy.rank import RULE, RankRule, inverse_root, row_scale
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.review import ACCURACY, LevelAccount
+from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.resolver.base import Memory, answered, checked, final_state
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim

@@ -20,10 +20,11 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import Infeasible, UnknownName
-from taskopt.hierarchy.certificate import RESIDUALS, TOLERANCE
+from taskopt.hierarchy.certificate import RESIDUALS
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import PROVEN
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory, Resolver, answered
 
@@ -186,7 +187,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
     """
     resolution = answer[0]
     broken = float(resolution.certificate.residuals[:, RESIDUALS.index("primal")].max())
-    if not resolution.claimed or broken <= TOLERANCE or limits_agree(resolution.problem):
+    if not resolution.claimed or broken <= PROVEN or limits_agree(resolution.problem):
         return answer
     return no_answer(resolution.source, Status.INFEASIBLE, resolution.iterations)
 
@@ -273,8 +274,7 @@ def _broken_limits(hierarchy: Hierarchy, v: Array) -> list[str]:
 
 def _limit_name(hierarchy: Hierarchy, i: int, upper: bool) -> str:
     """Return the name of the bound on unknown i < n, or of the hard row i − n."""
-    n = hierarchy.n
-    return hierarchy.bound_name(i, upper) if i < n else hierarchy.layout.row_names[i - n]
+    return hierarchy.name_of(i, upper)
 
 
 def _with_unit(value: float, digits: int, unit: str) -> str:

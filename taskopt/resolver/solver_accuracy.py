@@ -12,7 +12,7 @@ import numpy as np
 from taskopt.arrays import finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.review import SMALLEST
+from taskopt.hierarchy.tolerances import SMALLEST_VELOCITY
 from taskopt.solver.registry import Solver
 
 _MARGIN = 1e-3  # solvers measure residuals in their own scaling, and stop at the first that is small enough
@@ -52,4 +52,4 @@ def _size(qp: QuadraticProgram) -> float:
     """How large x is about to be: the largest entry that costs or equalities ask for."""
     equal = qp.equality
     asked = max(float(np.abs(qp.g).max(initial=0.0)), float(np.abs(qp.upper[equal]).max(initial=0.0)))
-    return max(asked, SMALLEST) if asked > 0.0 else 1.0
+    return max(asked, SMALLEST_VELOCITY) if asked > 0.0 else 1.0

@@ -6,11 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.equality import equality_levels
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.rank import equality_levels
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.review import ACCURACY, SMALLEST, Cause, LevelAccount, Review
+from taskopt.hierarchy.review import Cause, LevelAccount, Review
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import ACCURACY, SMALLEST_VELOCITY
 from taskopt.resolver.closed_form import Descent, descend
 
 _NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one
@@ -103,7 +104,7 @@ def _held(problem: Hierarchy, state: np.ndarray, k: int) -> tuple[Array, Array, 
 
 def _apart(x: Array, other: Array) -> float:
     """‖x − other‖∞ relative to ‖other‖∞; inf where x is not a number."""
-    size = max(SMALLEST, float(np.abs(other).max(initial=0.0)))
+    size = max(SMALLEST_VELOCITY, float(np.abs(other).max(initial=0.0)))
     distance = float(np.abs(x - other).max(initial=0.0)) / size
     return distance if np.isfinite(distance) else np.inf
 

@@ -11,14 +11,14 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.equality import root_of
 from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.qp import QuadraticProgram
+from taskopt.hierarchy.rank import root_of
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.review import ACCURACY
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim

@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.certificate import TOLERANCE, certify
-from taskopt.hierarchy.multipliers import NEAR, certify_velocity, find_multipliers
+from taskopt.hierarchy.certificate import certify
+from taskopt.hierarchy.multipliers import certify_velocity, find_multipliers
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.tolerances import AT_BOUND, PROVEN
 from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -71,7 +72,7 @@ def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
 
 def test_only_the_bound_that_is_met_has_a_price() -> None:
     """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the price, and the certificate refuses it there."""
-    assert NEAR <= TOLERANCE
+    assert AT_BOUND <= PROVEN
     near = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [0.5 + 5e-8]), limits=Level([[1.0]], upper=[0.5]))
     y = find_multipliers(near, np.array([0.5]))
     np.testing.assert_allclose(y[0, :2], [0.0, 1.5], atol=1e-12)

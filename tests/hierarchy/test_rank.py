@@ -5,7 +5,8 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.rank import LOST, RankRule
+from taskopt.hierarchy.rank import RankRule
+from taskopt.hierarchy.tolerances import LOST
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory
 from taskopt.resolver.closed_form_resolvers import PseudoInverse

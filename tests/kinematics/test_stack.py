@@ -157,8 +157,8 @@ def test_limits_that_only_python_knows_have_their_place():
         assert hierarchy.limits.A[1].tolist() == np.eye(7)[3].tolist()
         assert plan.layout.row_names[:2] == ("wall/near", "wall/far")
         assert hierarchy.box_upper[0] == 1e-3
-        assert hierarchy.bound_name(0, upper=True) == "caution/panda_joint1"
-        assert hierarchy.bound_name(0, upper=False) == "joint_velocity/panda_joint1"
+        assert hierarchy.name_of(0, upper=True) == "caution/panda_joint1"
+        assert hierarchy.name_of(0, upper=False) == "joint_velocity/panda_joint1"
 
 
 @pytest.mark.parametrize("t", [np.nan, np.inf])

@@ -29,7 +29,7 @@ def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> 
     layout, rows, bounds = hierarchy.layout, [], []
     low = [*hierarchy.box_lower, *hierarchy.limits.lower]
     high = [*hierarchy.box_upper, *hierarchy.limits.upper]
-    names = [hierarchy.bound_name(j, True) for j in range(hierarchy.n)] + list(layout.row_names)
+    names = [hierarchy.name_of(j, True) for j in range(hierarchy.n)] + list(layout.row_names)
     for row, name, lower, upper in zip(
         [*np.eye(hierarchy.n), *hierarchy.limits.A], names, low, high, strict=False
     ):

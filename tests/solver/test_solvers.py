@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt.errors import NotInstalled, UnknownName
-from taskopt.hierarchy.kkt import kkt_residuals
-from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.qp import QuadraticProgram, Solution, kkt_residuals
 from taskopt.hierarchy.status import Status
 from taskopt.solver.registry import Solver, solver, solvers
 

@@ -7,9 +7,8 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import CONSTANT, Damping
-from taskopt.hierarchy.equality import equality_levels, inverse_root, root_of
 from taskopt.hierarchy.problem import Hierarchy, LevelRows
-from taskopt.hierarchy.rank import RULE, row_scale
+from taskopt.hierarchy.rank import RULE, equality_levels, inverse_root, root_of, row_scale
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 

@@ -12,7 +12,7 @@ Everything here is in scaled units: rows times √w, unknowns z = √W x with W 
 
 import numpy as np
 
-from taskopt.hierarchy.rank import LOST  # a row with less left, relative to the row, is dependent
+from taskopt.hierarchy.tolerances import LOST  # a row with less left, relative to the row, is dependent
 from taskopt.jit import kernel, kernel_apart
 
 

@@ -11,11 +11,12 @@ from functools import lru_cache
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
-from taskopt.hierarchy.certificate import TOLERANCE, certify_kernel
+from taskopt.hierarchy.certificate import certify_kernel
 from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import PROVEN
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.fast_path import ACCEPTED, AGAIN, REFUSED, normal_tick
 from taskopt.resolver.active_set.linalg import copy_into
@@ -112,7 +113,7 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, sta
     else:
         code, rounds = _general(*rows_and_box, norm, offsets, state, FIRST, limit, x, y)
     worst = certify_kernel(buffer, norm, offsets, columns, x, y, residuals)
-    if code == 1 or (code == 0 and not worst <= TOLERANCE):  # lost on the way; once more, without a guess
+    if code == 1 or (code == 0 and not worst <= PROVEN):  # lost on the way; once more, without a guess
         state[:] = 0
         code, again = _general(*rows_and_box, norm, offsets, state, 1, limit, x, y)
         rounds += again
@@ -122,7 +123,7 @@ def resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, sta
         x[:] = np.nan  # a compromise between contradicting limits is not for a robot
     elif not np.isfinite(worst):  # x is not a number, or a row was not
         code = 3
-    elif code == 0 and worst > TOLERANCE:
+    elif code == 0 and worst > PROVEN:
         code = UNPROVEN
     return code, rounds
 

@@ -14,7 +14,7 @@ has left: where the next step is blocked by that row at once, it stays until x m
 
 import numpy as np
 
-from taskopt.hierarchy.rank import LOST
+from taskopt.hierarchy.tolerances import LOST
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.lexls import factorise, level_multipliers, rotate, solve_levels
 from taskopt.resolver.active_set.linalg import copy_into

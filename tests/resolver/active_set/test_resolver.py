@@ -95,8 +95,7 @@ def test_the_shortcut_never_changes_the_answer(seed):
 def test_a_full_norm_and_its_diagonal_agree(seed):
     """W as an (n, n) matrix gives what the same W gives as a diagonal (3.50)."""
     hierarchy = random_hierarchy(seed)
-    full = hierarchy.copy()
-    full.norm = np.diag(hierarchy.norm)
+    full = Hierarchy.view(hierarchy.layout, hierarchy.buffer, np.diag(hierarchy.norm))
     np.testing.assert_allclose(ActiveSet()(full)[0].x, ActiveSet()(hierarchy)[0].x, atol=1e-8)
 
 
@@ -106,7 +105,8 @@ def test_a_full_norm_is_certified_on_the_declared_rows(seed):
     """The proof is of the problem as declared, not of the whitened one."""
     hierarchy = random_hierarchy(seed)
     factor = np.random.default_rng(seed).standard_normal((hierarchy.n, hierarchy.n))
-    hierarchy.norm = factor @ factor.T + 0.3 * np.eye(hierarchy.n)
+    W = factor @ factor.T + 0.3 * np.eye(hierarchy.n)
+    hierarchy = Hierarchy.view(hierarchy.layout, hierarchy.buffer, W)
     resolution, _ = ActiveSet()(hierarchy)
     assert resolution.status is Status.SOLVED
     assert resolution.certified()

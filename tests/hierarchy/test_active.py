@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt import Hierarchy, Level
-from taskopt.hierarchy.resolution import Active, Resolution
+from taskopt.hierarchy.active import Active
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.registry import resolver
 from tests.helpers.oracles import random_hierarchy
@@ -81,15 +82,17 @@ def test_every_limit_has_its_price_at_the_first_level_that_it_binds(name):
     ]
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.5, 9.0]), unknowns=["x", "y"])
     resolution = resolver(name)(hierarchy)[0]
-    first = {row.name: (row.level, row.multiplier) for row in reversed(resolution.prices)}
+    first = {row.name: (row.level, row.multiplier) for row in reversed(resolution.level_multipliers)}
     assert first["box/x"] == (2, pytest.approx(0.5))
     assert first["keep/row 0"] == (3, pytest.approx(3.5))
-    assert [row.level for row in resolution.prices] == sorted(row.level for row in resolution.prices)
+    assert [row.level for row in resolution.level_multipliers] == sorted(
+        row.level for row in resolution.level_multipliers
+    )
 
 
 def test_a_limit_that_binds_at_two_levels_has_a_price_at_each():
     """x ≤ 1 keeps both 2 x = 4 and then y − x = −3 from being met."""
     levels = [Level([[2.0, 0.0]], [4.0]), Level([[-1.0, 1.0], [0.0, 1.0]], [-3.0, 0.0])]
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.0, 9.0]), unknowns=["x", "y"])
-    prices = ActiveSet()(hierarchy)[0].prices
-    assert [(row.name, row.level, row.multiplier) for row in prices] == [("box/x", 1, 4.0), ("box/x", 2, 1.0)]
+    found = ActiveSet()(hierarchy)[0].level_multipliers
+    assert [(row.name, row.level, row.multiplier) for row in found] == [("box/x", 1, 4.0), ("box/x", 2, 1.0)]
