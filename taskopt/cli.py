@@ -54,7 +54,7 @@ class Output:
 
     def recorders(self, info: "RunInfo") -> "tuple[Log, ...]":
         """The log of a run, or nothing."""
-        from taskopt.record import open_log
+        from taskopt.record.log import open_log
         from taskopt.record.viewer.open import live_viewer
 
         if not self.record:
@@ -109,10 +109,10 @@ def view(
     logs: Logs = Path("logs"),
 ) -> None:
     """Open a recording in Rerun, on a finished layout."""
-    from taskopt.record.viewer.open import recording, show
-    from taskopt.record.viewer.picture import take_picture
+    from taskopt.record.reading import find_recording
+    from taskopt.record.viewer.open import show
 
-    path = recording(log or logs)
+    path = find_recording(log or logs)
     if picture is None:
         show(path)
     else:
@@ -227,7 +227,7 @@ def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: 
         interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
     finally:  # also where a run ends early: what there is can be looked at
         title = f"{scenario.name}: {scenario.ticks} ticks of {1e3 * scenario.dt:g} ms"
-        show(comparison.tallies.values(), terminal(), comparison.reference, title)
+        show(comparison.summaries.values(), terminal(), comparison.reference, title)
         for log in logs:
             typer.echo(f"recording: {log.folder}; open it with: taskopt view {log.folder}")
     if interrupted:

@@ -11,15 +11,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from taskopt.compare import Tally
+from taskopt.record.summary import Summary
 
 
 class Figure(NamedTuple):
-    """One figure of a tally: the head of its column (none if wide tables leave it out), in words, as text."""
+    """One figure of a summary: column heading (none if wide tables leave it out), words, and text."""
 
     heading: str
     label: str
-    cell: Callable[[Tally], str]
+    cell: Callable[[Summary], str]
 
 
 _FIGURES = (
@@ -27,8 +27,8 @@ _FIGURES = (
         "tracking\nmax [m]", "tracking error, largest [m]", lambda t: _number(max(t.tracking, default=np.nan))
     ),
     Figure("\nrms [m]", "tracking error, rms [m]", lambda t: _number(_rms(t.tracking))),
-    Figure("over\n[rad]", "position over its limit [rad]", lambda t: _number(t.position_excess)),
-    Figure("limits\n[rad/s]", "velocity over its limit [rad/s]", lambda t: _number(t.velocity_excess)),
+    Figure("over\n[rad]", "position over its limit [rad]", lambda t: _number(t.position_violation)),
+    Figure("limits\n[rad/s]", "velocity over its limit [rad/s]", lambda t: _number(t.velocity_violation)),
     Figure(
         "",
         "change of a velocity in a tick, largest [rad/s]",
@@ -37,9 +37,11 @@ _FIGURES = (
     Figure(
         "closed\nform",
         "apart from the closed form [rad/s]",
-        lambda t: _number(max(t.twin_distances, default=np.nan)),
+        lambda t: _number(max(t.closed_form_distances, default=np.nan)),
     ),
-    Figure("nothing\nbinds", "… where nothing binds", lambda t: _share(len(t.twin_distances), t.ticks)),
+    Figure(
+        "nothing\nbinds", "… where nothing binds", lambda t: _share(len(t.closed_form_distances), t.ticks)
+    ),
     Figure("path\n[rad]", "path apart from the reference [rad]", lambda t: _number(t.path_difference)),
     Figure("certi-\nficate", "worst certificate", lambda t: _number(max(t.certificates, default=np.nan))),
     Figure("claim-\ned", "claimed optimal", lambda t: _share(t.claimed, t.ticks)),
@@ -69,87 +71,90 @@ def terminal() -> Console:
     return console if console.is_terminal or "COLUMNS" in environ else Console(width=120)
 
 
-def wide_table(tallies: Sequence[Tally], title: str) -> Table:
+def wide_table(summaries: Sequence[Summary], title: str) -> Table:
     """One row a resolver."""
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("resolver", no_wrap=True)
-    figures = [figure for figure in _figures(tallies) if figure.heading]
+    figures = [figure for figure in _figures(summaries) if figure.heading]
     for figure in figures:
         out.add_column(Text(figure.heading), justify="right", no_wrap=True)
-    for tally in tallies:
-        out.add_row(tally.resolver, *(figure.cell(tally) for figure in figures))
+    for summary in summaries:
+        out.add_row(summary.resolver, *(figure.cell(summary) for figure in figures))
     return out
 
 
-def tall_table(tallies: Sequence[Tally], title: str) -> Table:
+def tall_table(summaries: Sequence[Summary], title: str) -> Table:
     """One column a resolver, for one alone or a narrow terminal."""
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("")
-    for tally in tallies:
-        out.add_column(tally.resolver, justify="right", no_wrap=True)
-    for figure in _figures(tallies):
-        out.add_row(Text(figure.label), *(figure.cell(tally) for tally in tallies))
+    for summary in summaries:
+        out.add_column(summary.resolver, justify="right", no_wrap=True)
+    for figure in _figures(summaries):
+        out.add_row(Text(figure.label), *(figure.cell(summary) for summary in summaries))
     return out
 
 
-def cause_table(tallies: Sequence[Tally]) -> Table:
+def cause_table(summaries: Sequence[Summary]) -> Table:
     """How often each resolver was apart from its closed form, and why; how accurate it was."""
     out = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("apart from the closed form by", no_wrap=True)
     for heading in ("limits", "rank", "damping", "solver", "accurate", "worst error"):
         out.add_column(heading, justify="right", no_wrap=True)
-    for tally in tallies:
-        counts = (_share(tally.causes[kind], tally.ticks) for kind in _KINDS)
-        accuracy = (_share(tally.accurate, tally.judged), _number(tally.error) if tally.judged else "–")
-        out.add_row(tally.resolver, *counts, *accuracy)
+    for summary in summaries:
+        counts = (_share(summary.causes[kind], summary.ticks) for kind in _KINDS)
+        accuracy = (
+            _share(summary.accurate, summary.judged),
+            _number(summary.error) if summary.judged else "–",
+        )
+        out.add_row(summary.resolver, *counts, *accuracy)
     return out
 
 
-def show(tallies: Iterable[Tally], console: Console, reference: str, title: str = "") -> None:
+def show(summaries: Iterable[Summary], console: Console, reference: str, title: str = "") -> None:
     """Print the table, what its columns mean, what bound most, and who stopped early."""
-    tallies = list(tallies)
-    wide = wide_table(tallies, title)
+    summaries = list(summaries)
+    wide = wide_table(summaries, title)
     room = console.options.update(max_width=_ENDLESS)  # else the table would be cut to what there is
-    if len(tallies) > 1 and console.measure(wide, options=room).maximum <= console.width:
+    if len(summaries) > 1 and console.measure(wide, options=room).maximum <= console.width:
         console.print(wide)
         console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
     else:
-        console.print(tall_table(tallies, title))
-    if any(tally.causes or tally.accurate < tally.judged for tally in tallies):
-        console.print(cause_table(tallies))
+        console.print(tall_table(summaries, title))
+    if any(summary.causes or summary.accurate < summary.judged for summary in summaries):
+        console.print(cause_table(summaries))
         console.print(_CAUSES, style="dim", highlight=False, markup=False)
     held: dict[str, list[str]] = {}
-    for tally in tallies:
-        if tally.bound:
-            held.setdefault(_most_bound(tally), []).append(tally.resolver)
+    for summary in summaries:
+        if summary.active:
+            held.setdefault(_most_bound(summary), []).append(summary.resolver)
     for limits, names in held.items():
         console.print(f"{', '.join(names)} held by: {limits} of the ticks", highlight=False, markup=False)
-    for tally in tallies:
-        for sentence in tally.continuity.sentences():
-            console.print(f"{tally.resolver}: {sentence}", highlight=False, markup=False)
-    for tally in tallies:
-        if tally.stopped:
-            console.print(f"stopped: {tally.stopped}", style="bold red", highlight=False, markup=False)
+    for summary in summaries:
+        for sentence in summary.continuity.sentences():
+            console.print(f"{summary.resolver}: {sentence}", highlight=False, markup=False)
+    for summary in summaries:
+        if summary.stopped:
+            console.print(f"stopped: {summary.stopped}", style="bold red", highlight=False, markup=False)
 
 
-def _figures(tallies: Sequence[Tally]) -> tuple[Figure, ...]:
+def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
     """The figures, with the least distance of each limit that keeps any."""
-    limits = dict.fromkeys(limit for tally in tallies for limit in tally.nearest)
+    limits = dict.fromkeys(limit for summary in summaries for limit in summary.least_distance)
     least = [
         Figure(
             f"{limit[:8]}\nleast [m]",
             f"least distance, {limit} [m]",
-            lambda t, limit=limit: _signed(t.nearest.get(limit, np.nan)),
+            lambda t, limit=limit: _signed(t.least_distance.get(limit, np.nan)),
         )
         for limit in limits
     ]
     return (*_FIGURES[:4], *least, *_FIGURES[4:])
 
 
-def _most_bound(tally: Tally, count: int = 4) -> str:
+def _most_bound(summary: Summary, count: int = 4) -> str:
     """The names that were active most often, as shares of the ticks."""
-    most = tally.bound.most_common(count)
-    return ", ".join(f"{name} {_share(ticks, tally.ticks)}" for name, ticks in most)
+    most = summary.active.most_common(count)
+    return ", ".join(f"{name} {_share(ticks, summary.ticks)}" for name, ticks in most)
 
 
 def show_inventory(console: Console) -> None:

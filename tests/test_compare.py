@@ -82,36 +82,36 @@ def test_resolvers_take_turns_and_start_from_the_same_rows() -> None:
 
 def test_the_closed_form_leaves_the_limits_and_the_optimiser_does_not() -> None:
     """With limits that bind, `pinv` violates them visibly and `active-set` by less than 1e-9."""
-    tallies = compared(
+    summaries = compared(
         scenario(JointPositionLimit(), JointVelocityLimit(velocity=0.8)),
         resolver("pinv"),
         resolver("active-set"),
-    ).tallies
-    assert tallies["pinv"].velocity_excess > 0.1
-    assert tallies["active-set"].velocity_excess < 1e-9
-    assert tallies["active-set"].position_excess < 1e-9
-    assert tallies["active-set"].path_difference > 1e-3
-    assert tallies["pinv"].path_difference == 0.0
-    assert any("joint_velocity" in name for name in tallies["active-set"].bound)
+    ).summaries
+    assert summaries["pinv"].velocity_violation > 0.1
+    assert summaries["active-set"].velocity_violation < 1e-9
+    assert summaries["active-set"].position_violation < 1e-9
+    assert summaries["active-set"].path_difference > 1e-3
+    assert summaries["pinv"].path_difference == 0.0
+    assert any("joint_velocity" in name for name in summaries["active-set"].active)
 
 
 def test_without_limits_strict_resolvers_follow_one_path() -> None:
     """Where nothing binds, closed form, cascade and active set give the same path to 1e-8 rad."""
     names = ["pinv", "hqp/daqp", "active-set"]
-    tallies = compared(scenario(duration=0.1), *map(resolver, names)).tallies
-    for tally in tallies.values():
-        assert tally.path_difference < 1e-8
-        assert max(tally.twin_distances) < 1e-8
-        assert len(tally.twin_distances) == tally.ticks == 100
+    summaries = compared(scenario(duration=0.1), *map(resolver, names)).summaries
+    for summary in summaries.values():
+        assert summary.path_difference < 1e-8
+        assert max(summary.closed_form_distances) < 1e-8
+        assert len(summary.closed_form_distances) == summary.ticks == 100
 
 
 def test_claims_and_proofs_are_counted_apart() -> None:
     """A closed form claims nothing; a resolver that is wrong claims all and is certified for none."""
-    tallies = compared(scenario(), resolver("pinv"), resolver("active-set"), Broken(lie=1e-3)).tallies
-    assert (tallies["pinv"].claimed, tallies["active-set"].certified) == (0, 200)
-    lie = tallies["broken"]
+    summaries = compared(scenario(), resolver("pinv"), resolver("active-set"), Broken(lie=1e-3)).summaries
+    assert (summaries["pinv"].claimed, summaries["active-set"].certified) == (0, 200)
+    lie = summaries["broken"]
     assert lie.claimed == 200
-    assert lie.twin_distances == pytest.approx([1e-3] * len(lie.twin_distances), rel=0.5)
+    assert lie.closed_form_distances == pytest.approx([1e-3] * len(lie.closed_form_distances), rel=0.5)
     assert (lie.judged, lie.accurate) == (200, 0)
     assert lie.error > 1e-4
     assert lie.causes["accuracy"] == 200
@@ -122,25 +122,25 @@ def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
     """Limits where they bind, damping where there is any, nothing for the closed form itself; as a table."""
     held = scenario(JointVelocityLimit(velocity=0.8))
     comparison = compared(held, *map(resolver, ["pinv", "dls", "hqp/daqp", "active-set"]))
-    tallies = comparison.tallies
-    assert tallies["pinv"].causes == {}
-    assert tallies["dls"].causes == {"damping": 200}
+    summaries = comparison.summaries
+    assert summaries["pinv"].causes == {}
+    assert summaries["dls"].causes == {"damping": 200}
     for name in ("hqp/daqp", "active-set"):
-        assert set(tallies[name].causes) == {"limit"}
-        assert tallies[name].causes["limit"] == 200 - len(tallies[name].twin_distances) > 0
-        assert tallies[name].accurate == tallies[name].judged == 200
+        assert set(summaries[name].causes) == {"limit"}
+        assert summaries[name].causes["limit"] == 200 - len(summaries[name].closed_form_distances) > 0
+        assert summaries[name].accurate == summaries[name].judged == 200
     console = Console(width=120, record=True, file=StringIO())
-    show(tallies.values(), console, comparison.reference)
+    show(summaries.values(), console, comparison.reference)
     text = console.export_text()
     assert "apart from the closed form by" in text
     assert max(map(len, text.splitlines())) <= 120
 
 
 def test_one_that_fails_does_not_stop_the_others() -> None:
-    """It ends with its reason in the tally; alone, its error is raised."""
-    tallies = compared(scenario(), Broken(), resolver("active-set")).tallies
-    assert "broken at t = " in tallies["broken"].stopped
-    assert tallies["broken"].ticks < tallies["active-set"].ticks == 200
+    """It ends with its reason in the summary; alone, its error is raised."""
+    summaries = compared(scenario(), Broken(), resolver("active-set")).summaries
+    assert "broken at t = " in summaries["broken"].stopped
+    assert summaries["broken"].ticks < summaries["active-set"].ticks == 200
     with pytest.raises(NotSolved):
         compared(scenario(), Broken())
 
@@ -151,7 +151,7 @@ def test_the_table_fits_120_columns_and_names_what_bound() -> None:
     names = ["pinv", "wqp/proxqp", "hqp/clarabel", "active-set"]
     comparison = compared(scenario(JointPositionLimit(), JointVelocityLimit()), *map(resolver, names))
     console = Console(width=120, record=True, file=StringIO())
-    show(comparison.tallies.values(), console, comparison.reference, "title")
+    show(comparison.summaries.values(), console, comparison.reference, "title")
     text = console.export_text()
     assert all(name in text for name in names)
     assert "…" not in text
@@ -167,10 +167,10 @@ def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> N
         resolver("active-set"),
         resolver("pinv"),
     )
-    for tally in near.tallies.values():
-        assert list(tally.nearest) == ["obstacle", "self_collision"]
+    for summary in near.summaries.values():
+        assert list(summary.least_distance) == ["obstacle", "self_collision"]
     own = [step.distances["obstacle"].distance.min() for step in run(near.scenario, resolver("pinv"))]
-    assert near.tallies["pinv"].nearest["obstacle"] == pytest.approx(min(own), abs=1e-12)
+    assert near.summaries["pinv"].least_distance["obstacle"] == pytest.approx(min(own), abs=1e-12)
     words = shown(near, 120)
     assert "least distance, obstacle [m]" in words
     assert f"{min(own):.3g}" in words
@@ -180,5 +180,5 @@ def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> N
 
 def shown(comparison: Comparison, width: int) -> str:
     out = StringIO()
-    show(comparison.tallies.values(), Console(file=out, width=width), comparison.reference)
+    show(comparison.summaries.values(), Console(file=out, width=width), comparison.reference)
     return out.getvalue()

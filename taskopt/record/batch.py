@@ -1,250 +1,362 @@
-"""A run of consecutive steps of one resolver as columns, (k, …) each."""
+"""Consecutive steps of one resolver as columns: one array per quantity, one row per step."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray, StateArray
-from taskopt.hierarchy.layout import Layout
+from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.review import Cause, LevelAccount
 from taskopt.loop.run import Step
 
 Mask = NDArray[np.bool_]
+Nanoseconds = NDArray[np.timedelta64]
 
-_BROKEN = 1e-9  # [rad/s, m/s] beyond which a bound is left, not met
-_NO_PRICE = 1e-9  # as in `Resolution.active`: a multiplier below it (relative) decides nothing
+VIOLATED = 1e-9  # [rad/s, m/s]
+SIGNIFICANT_MULTIPLIER = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """k steps, in order; each column is computed once, when it is first asked for."""
+    """Show k consecutive steps as columns; each column is computed when it is first asked for.
+
+    Rows of the hierarchy are counted as in its multipliers: first the n unknowns, whose bounds form the
+    box, then the M rows. The state of a row is −1 at its lower bound, +1 at its upper bound and 0 between
+    them. The code of a row tells the limit as well: it is the state for a row, and the state times
+    (1 + index of the limit in `layout.owners`) for an unknown, because several limits bound an unknown.
+
+    Attributes:
+        steps: The steps, (k,), in the order of time, all of the same resolver.
+    """
 
     steps: tuple[Step, ...]
 
     @property
     def resolver(self) -> str:
+        """The name of the resolver."""
         return self.steps[0].resolver
 
     @property
     def layout(self) -> Layout:
+        """The names and sizes of the hierarchy, the same in every step."""
         return self.steps[0].hierarchy.layout
 
     @cached_property
     def index(self) -> IntArray:
+        """The numbers of the ticks, (k,)."""
         return np.array([step.index for step in self.steps], dtype=np.int64)
 
     @cached_property
     def t(self) -> Array:
-        """Time [s]."""
+        """The times of the ticks, (k,) [s]."""
         return np.array([step.t for step in self.steps])
 
     @cached_property
-    def time(self) -> Any:
-        """Time in whole nanoseconds, so that rows of different columns join."""
+    def time(self) -> Nanoseconds:
+        """The times of the ticks in whole nanoseconds, (k,), so that rows of different columns join."""
         return np.rint(self.t * 1e9).astype(np.int64).astype("timedelta64[ns]")
 
     @cached_property
     def q(self) -> Array:
+        """The configurations at which the hierarchies were built, (k, nq) [rad, m]."""
         return np.array([step.q for step in self.steps])
 
     @cached_property
     def q_next(self) -> Array:
+        """The configurations after the Euler steps, (k, nq) [rad, m]."""
         return np.array([step.q_next for step in self.steps])
 
     @cached_property
     def v(self) -> Array:
+        """The velocities, (k, nv) [rad/s, m/s]."""
         return np.array([step.v for step in self.steps])
 
     @cached_property
     def seconds(self) -> Array:
+        """The times that the resolver took, (k,) [s]."""
         return np.array([step.seconds for step in self.steps])
 
     @cached_property
     def build_seconds(self) -> Array:
+        """The times that kinematics and rows took, (k,) [s]."""
         return np.array([step.build_seconds for step in self.steps])
 
     @cached_property
-    def twin_distance(self) -> Array:
-        """‖v − v of the closed form of the same hierarchy‖∞."""
-        twin = np.array([step.closed_form for step in self.steps])
-        return np.abs(self.v - twin).max(axis=1)
+    def closed_form_distance(self) -> Array:
+        """‖v − v of the closed-form answer of the same hierarchy‖∞, (k,) [rad/s, m/s]."""
+        answers = np.array([step.closed_form for step in self.steps])
+        return np.abs(self.v - answers).max(axis=1)
 
     @cached_property
-    def worst(self) -> Array:
-        """Largest KKT residual of each tick."""
+    def certificate(self) -> Array:
+        """The largest KKT residual of each answer, (k,)."""
         return np.array([step.resolution.certificate.worst for step in self.steps])
 
     @cached_property
     def claimed(self) -> Mask:
+        """True where the resolver claims an optimum, (k,)."""
         return np.array([step.resolution.claimed for step in self.steps])
 
     @cached_property
     def certified(self) -> Mask:
+        """True where the certificate proves an optimum, (k,)."""
         return np.array([step.resolution.certified() for step in self.steps])
 
     @cached_property
     def accurate(self) -> Mask:
-        """Whether each answer is as near as was asked for to its active set solved again."""
+        """True where the answer agrees with its active set solved again to the accuracy asked for, (k,)."""
         return np.array([step.resolution.accurate for step in self.steps])
 
     @cached_property
     def levels(self) -> tuple[tuple[LevelAccount, ...], ...]:
-        """Ranks and damping of each answer, level by level, the hard rows first."""
+        """The ranks and dampings of each answer, level by level, hard rows first; empty without a review."""
         reviews = (step.resolution.review for step in self.steps)
         return tuple(() if review is None else review.levels for review in reviews)
 
     @cached_property
     def causes(self) -> tuple[tuple[Cause, ...], ...]:
-        """Why each answer is apart from its closed form; nothing where it is not."""
+        """The reasons why each answer differs from its closed-form answer; empty where it does not."""
         reviews = (step.resolution.review for step in self.steps)
         return tuple(() if review is None else review.causes for review in reviews)
 
     @cached_property
     def task_names(self) -> tuple[str, ...]:
+        """The names of the tasks, in order of priority."""
         return tuple(self.steps[0].errors)
 
     def error(self, task: str) -> Array:
-        """e = x_d − x of a task, (k, m), unweighted."""
+        """Return the unweighted error e = x_d − x of a task.
+
+        Args:
+            task: The name of the task, which has m rows.
+
+        Returns:
+            The errors, (k, m), each in the unit of its row.
+        """
         return np.array([step.errors[task] for step in self.steps])
 
-    def target(self, task: str) -> Array:
-        """Desired pose of a frame task, (k, 4, 4)."""
+    def desired(self, task: str) -> Array:
+        """Return the desired pose of a frame task.
+
+        Args:
+            task: The name of the task, one of `frame_tasks`.
+
+        Returns:
+            Homogeneous matrices, (k, 4, 4), in the world frame [m].
+        """
         return np.array([step.desired[task] for step in self.steps])
 
     def actual(self, task: str) -> Array:
-        """Actual pose of a frame task, (k, 4, 4)."""
+        """Return the actual pose of the frame of a frame task.
+
+        Args:
+            task: The name of the task, one of `frame_tasks`.
+
+        Returns:
+            Homogeneous matrices, (k, 4, 4), in the world frame [m].
+        """
         return np.array([step.actual[task] for step in self.steps])
 
     def in_force(self, task: str) -> Mask:
-        """Whether a task asks for anything, (k,): before its time, and after it, its rows have no bounds."""
-        rows = next(block.rows for block in self.layout.blocks if block.level and block.name == task)
+        """Tell where a task asks for anything; the rows of a timed task have no bounds outside its time.
+
+        Args:
+            task: The name of the task.
+
+        Returns:
+            True where any row of the task has a bound, (k,).
+        """
+        rows = self._task_block(task).rows
         asks = np.isfinite(self.lower[:, rows]) | np.isfinite(self.upper[:, rows])
         return np.asarray(asks.any(axis=1))
 
     @cached_property
     def frame_tasks(self) -> tuple[str, ...]:
-        """Tasks that have a desired and an actual pose."""
+        """The names of the tasks that have a desired and an actual pose."""
         return tuple(name for name in self.steps[0].desired if name in self.steps[0].actual)
 
     @cached_property
     def distance_limits(self) -> tuple[str, ...]:
-        """Limits that keep distances."""
+        """The names of the limits that keep distances between pairs of bodies."""
         return tuple(self.steps[0].distances)
 
     def pairs(self, limit: str) -> tuple[str, ...]:
-        """Names of the pairs of a limit that keeps distances."""
+        """Return the names of the pairs of bodies that a limit keeps apart.
+
+        Args:
+            limit: The name of the limit, one of `distance_limits`.
+
+        Returns:
+            The names of its P pairs.
+        """
         return next(block.row_names for block in self.layout.blocks if block.name == limit)
 
     def distance(self, limit: str) -> Array:
-        """Distance of each pair of a limit, (k, P) [m]."""
+        """Return the distance of each pair of a limit.
+
+        Args:
+            limit: The name of the limit, one of `distance_limits`.
+
+        Returns:
+            Signed distances, (k, P) [m], negative where two bodies overlap.
+        """
         return np.array([step.distances[limit].distance for step in self.steps])
 
     def witness(self, limit: str) -> Array:
-        """Nearest points of each pair of a limit, (k, P, 2, 3) [m]."""
+        """Return the two nearest points of each pair of a limit.
+
+        Args:
+            limit: The name of the limit, one of `distance_limits`.
+
+        Returns:
+            Points on the first and on the second body, (k, P, 2, 3), in the world frame [m].
+        """
         return np.array([step.distances[limit].witness for step in self.steps])
 
     def residual(self, task: str) -> Array:
-        """‖A x − nearest point of [lower, upper]‖ of a task, (k,)."""
-        rows = next(block.rows for block in self.layout.blocks if block.level and block.name == task)
-        lack = self._value[:, rows] - np.clip(self._value[:, rows], self.lower[:, rows], self.upper[:, rows])
-        return np.linalg.norm(lack, axis=1)
+        """Return the distance of A x to the interval [lower, upper] of a task.
+
+        Args:
+            task: The name of the task.
+
+        Returns:
+            The 2-norms over the rows of the task, (k,).
+        """
+        rows = self._task_block(task).rows
+        value = self._value[:, rows]
+        return np.linalg.norm(value - np.clip(value, self.lower[:, rows], self.upper[:, rows]), axis=1)
 
     @cached_property
     def lower(self) -> Array:
+        """The lower bounds of the rows, (k, M)."""
         return np.array([step.hierarchy.lower for step in self.steps])
 
     @cached_property
     def upper(self) -> Array:
+        """The upper bounds of the rows, (k, M)."""
         return np.array([step.hierarchy.upper for step in self.steps])
 
     @cached_property
-    def _value(self) -> Array:
-        return np.array([step.hierarchy.A @ step.v for step in self.steps])
-
-    @cached_property
-    def bounded(self) -> Mask:
-        """(k, n + M) whether a row is a limit or an inequality: an equality is always met or missed."""
+    def inequality(self) -> Mask:
+        """True for bounds, hard rows and inequality rows of tasks, (k, n + M); an equality never "binds"."""
         rows: Mask = self.lower < self.upper
         rows[:, self.layout.rows_of_level(0)] = True
         return np.hstack([np.ones((len(rows), self.layout.n), dtype=bool), rows])
 
     @cached_property
     def state(self) -> StateArray:
-        """(k, n + M): −1 at a lower bound, +1 at an upper one, 0 free; 0 for equalities."""
-        every = np.array([step.resolution.state for step in self.steps])
-        return every[:, self._declared] * self.bounded
+        """The final active set of each answer, (k, n + M): −1 lower, +1 upper, 0 inactive or equality."""
+        states = np.array([step.resolution.state for step in self.steps])
+        return states[:, self._declared] * self.inequality
 
     @cached_property
-    def price(self) -> Array:
-        """(k, n + M): multiplier of each row at the first level that it holds back; y > 0: upper."""
-        every = np.array([step.resolution.multipliers for step in self.steps])
-        size = np.abs(every)
-        first = np.argmax(size > _NO_PRICE * np.maximum(1.0, size.max(axis=1, keepdims=True)), axis=1)
-        prices = np.take_along_axis(every, first[:, None, :], axis=1)[:, 0]
-        return prices[:, self._declared] * self.bounded
+    def multiplier(self) -> Array:
+        """The multiplier of each row at the first level that the row holds back, (k, n + M).
 
-    @cached_property
-    def _declared(self) -> IntArray:
-        """Where the rows of the stack stand in an answer: a resolver may solve a problem with more rows."""
-        answered = self.steps[0].resolution.problem.layout
-        if answered is self.layout:
-            return np.arange(self.layout.n + self.layout.row_count)
-        places = {name: i for i, name in enumerate([*answered.unknowns, *answered.row_names])}
-        return np.array([places[name] for name in self.row_names])
+        It is positive at an upper bound, negative at a lower bound and zero for equality rows.
+        """
+        multipliers = np.array([step.resolution.multipliers for step in self.steps])
+        size = np.abs(multipliers)
+        least = SIGNIFICANT_MULTIPLIER * np.maximum(1.0, size.max(axis=1, keepdims=True))
+        first = np.argmax(size > least, axis=1)
+        chosen = np.take_along_axis(multipliers, first[:, None, :], axis=1)[:, 0]
+        return chosen[:, self._declared] * self.inequality
 
     @cached_property
     def owner(self) -> IntArray:
-        """(k, 2, n): which limit the lower and the upper bound of each unknown come from."""
+        """The limits behind lower and upper bounds, (k, 2, n): indices into `layout.owners`."""
         return np.array([step.hierarchy.owner for step in self.steps]).astype(np.int64)
 
     @cached_property
     def row_names(self) -> tuple[str, ...]:
-        """Unknowns, then rows: n + M names; bounds on an unknown are told apart by `owner`."""
+        """The n names of the unknowns, then the M names of the rows."""
         return (*self.layout.unknowns, *self.layout.row_names)
 
     @cached_property
-    def broken(self) -> StateArray:
-        """(k, n + M): −1 where the answer is below a lower bound, +1 above an upper one, else 0."""
-        low = np.array([step.hierarchy.box_lower for step in self.steps])
-        high = np.array([step.hierarchy.box_upper for step in self.steps])
+    def violated(self) -> StateArray:
+        """The bounds and hard rows that v violates, (k, n + M): −1 below `lower`, +1 above `upper`."""
+        box_lower = np.array([step.hierarchy.box_lower for step in self.steps])
+        box_upper = np.array([step.hierarchy.box_upper for step in self.steps])
         value = np.hstack([self.v, self._value])
-        lower, upper = np.hstack([low, self.lower]), np.hstack([high, self.upper])
-        over = (value > upper + _BROKEN).astype(np.int8) - (value < lower - _BROKEN).astype(np.int8)
-        over[:, self.layout.n + int(self.layout.offsets[1]) :] = 0  # a task may stay unmet
-        return over
+        lower, upper = np.hstack([box_lower, self.lower]), np.hstack([box_upper, self.upper])
+        side = (value > upper + VIOLATED).astype(np.int8) - (value < lower - VIOLATED).astype(np.int8)
+        side[:, self.layout.n + int(self.layout.offsets[1]) :] = 0  # a task need not be met
+        return side
 
     @cached_property
     def active_code(self) -> IntArray:
-        """(k, n + M): 0 where free, ±(1 + owner) for bounds on unknowns, ±1 for rows."""
+        """The codes of `state`, (k, n + M)."""
         return self._with_owner(self.state)
 
     @cached_property
-    def broken_code(self) -> IntArray:
-        """(k, n + M): as `active_code`, where an answer that knows no limits leaves them."""
-        return self._with_owner(self.broken)
-
-    def _with_owner(self, side: StateArray) -> IntArray:
-        code = side.astype(np.int64)
-        n = self.layout.n
-        code[:, :n] *= 1 + np.where(code[:, :n] > 0, self.owner[:, 1], self.owner[:, 0])
-        return code
+    def violated_code(self) -> IntArray:
+        """The codes of `violated`, (k, n + M)."""
+        return self._with_owner(self.violated)
 
     def code_words(self, row: int, code: int) -> str:
-        """An active code in words: 'joint velocity upper', 'upper', 'free'."""
+        """Describe a code without the name of its row.
+
+        Args:
+            row: The index of the row, 0 ≤ row < n + M.
+            code: An entry of `active_code` or `violated_code` for that row.
+
+        Returns:
+            Words such as "joint_velocity upper", "upper" or "free".
+        """
         if code == 0:
             return "free"
         side = "upper" if code > 0 else "lower"
         return f"{self.layout.owners[abs(code) - 1]} {side}" if row < self.layout.n else side
 
     def active_name(self, row: int, code: int) -> str:
-        """The name of `Active`: limit, unknown and side, such as 'joint velocity/joint1 upper'."""
+        """Name an active bound as `str(Active)` does.
+
+        Args:
+            row: The index of the row, 0 ≤ row < n + M.
+            code: A nonzero entry of `active_code` or `violated_code` for that row.
+
+        Returns:
+            The limit, the unknown or row, and the side, such as "joint_velocity/joint1 upper".
+        """
         side = "upper" if code > 0 else "lower"
         owner = f"{self.layout.owners[abs(code) - 1]}/" if row < self.layout.n else ""
         return f"{owner}{self.row_names[row]} {side}"
 
-    def every(self, period: float, dt: float) -> IntArray:
-        """Positions in the batch of the ticks that fall on multiples of `period` [s]."""
+    def ticks_every(self, period: float, dt: float) -> IntArray:
+        """Find the steps that fall on multiples of a period.
+
+        Args:
+            period: The period [s].
+            dt: The time step of the run [s].
+
+        Returns:
+            Positions in the batch, each from 0 to k − 1; the same ticks however a run is cut into batches.
+        """
         return np.flatnonzero(self.index % max(1, round(period / dt)) == 0)
+
+    @cached_property
+    def _value(self) -> Array:
+        """The product A v of every row, (k, M)."""
+        return np.array([step.hierarchy.A @ step.v for step in self.steps])
+
+    @cached_property
+    def _declared(self) -> IntArray:
+        """The positions of the stack's rows in an answer: a resolver may solve a problem with more rows."""
+        answered = self.steps[0].resolution.problem.layout
+        if answered is self.layout:
+            return np.arange(self.layout.width)
+        positions = {name: i for i, name in enumerate([*answered.unknowns, *answered.row_names])}
+        return np.array([positions[name] for name in self.row_names])
+
+    def _task_block(self, task: str) -> Block:
+        """Find the rows of a task by its name; a limit may have the same name, but stands at level 0."""
+        return next(block for block in self.layout.blocks if block.level and block.name == task)
+
+    def _with_owner(self, side: StateArray) -> IntArray:
+        """Multiply the sides of the unknowns by 1 + the index of the limit that the bound comes from."""
+        code = side.astype(np.int64)
+        n = self.layout.n
+        code[:, :n] *= 1 + np.where(code[:, :n] > 0, self.owner[:, 1], self.owner[:, 0])
+        return code

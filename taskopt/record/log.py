@@ -1,4 +1,8 @@
-"""The log of a run: a folder with recording, table and manifest."""
+"""The log of a run: a folder with a Rerun recording, a table and a manifest.
+
+This module is the door to the viewer: it is the only one of `record` that imports `record.viewer`, and with
+it Rerun. Whoever only needs data imports the other modules and does not wait for Rerun.
+"""
 
 from datetime import datetime
 from itertools import count
@@ -8,35 +12,66 @@ from taskopt.errors import InvalidValue
 from taskopt.record.manifest import FILE as MANIFEST
 from taskopt.record.manifest import ManifestSink
 from taskopt.record.reading import LOGS, RECORDING
-from taskopt.record.recorder import Gatherer, RunInfo
+from taskopt.record.recorder import BufferedRecorder
+from taskopt.record.run_info import RunInfo
 from taskopt.record.table import FILE as TABLE
 from taskopt.record.table import TableSink
-from taskopt.record.viewer.sink import StreamSink
+from taskopt.record.viewer.sink import RecordingSink
 
 
-class Log(Gatherer):
-    """Recorder of a run into its `folder`; use it as a context, and `write` every step."""
+class Log(BufferedRecorder):
+    """Record a run into a folder: use the log as a context and `write` every step.
+
+    Attributes:
+        folder: The folder that holds the recording, the table and the manifest.
+    """
 
     def __init__(self, info: RunInfo, folder: Path, live: str | None = None) -> None:
+        """Prepare a log; entering its context opens the files.
+
+        Args:
+            info: The facts about the run.
+            folder: An existing folder that can be written to.
+            live: The address of a running viewer that gets the recording as well, if any.
+        """
         self.folder = folder
         sinks = (
             ManifestSink(folder / MANIFEST),
             TableSink(folder / TABLE),
-            StreamSink(folder / RECORDING, live),
+            RecordingSink(folder / RECORDING, live),
         )
         super().__init__(info, sinks)
 
 
 def open_log(info: RunInfo, root: str | Path = LOGS, live: str | None = None) -> Log:
-    """A log in a new folder root/<scenario>/<YYYYmmdd-HHMMSS>/; `live`: address of a viewer as well.
+    """Make a log in a new folder root/<scenario>/<YYYYmmdd-HHMMSS>/.
 
-    Raises `InvalidValue` if the folder cannot be made or written to.
+    Args:
+        info: The facts about the run.
+        root: The folder of all logs; it is made if it does not exist.
+        live: The address of a running viewer that gets the recording as well, if any.
+
+    Returns:
+        The log, to be entered as a context.
+
+    Raises:
+        InvalidValue: If the folder cannot be made or written to.
     """
     return Log(info, new_folder(Path(root) / (info.scenario.name or "run")), live)
 
 
 def new_folder(parent: Path) -> Path:
-    """A folder named by the time, that nobody else has."""
+    """Make a folder named by the time that no other log has, with an empty manifest in it.
+
+    Args:
+        parent: The folder to make it in; it is made if it does not exist.
+
+    Returns:
+        The new folder.
+
+    Raises:
+        InvalidValue: If the folder cannot be made or written to.
+    """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     for i in count(1):
         folder = parent / (stamp if i == 1 else f"{stamp}-{i}")

@@ -1,4 +1,4 @@
-"""What a run was made of: versions, machine, scenario, resolvers. One JSON file a log."""
+"""The manifest of a log: one JSON file with everything needed to judge or repeat the run."""
 
 import hashlib
 import json
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 
 FILE = "manifest.json"
 PACKAGES = (
@@ -21,24 +21,45 @@ PACKAGES = (
 
 
 class ManifestSink:
-    """Writes the manifest when a run opens, and again when it ends, with status and tick counts."""
+    """Write the manifest when a run begins, and again with status and tick counts when it ends."""
 
     def __init__(self, path: Path) -> None:
+        """Prepare a manifest; `open` writes it first.
+
+        Args:
+            path: The file to write.
+        """
         self.path = path
 
     def open(self, info: RunInfo) -> None:
+        """Write the manifest of a run that is about to begin.
+
+        Args:
+            info: The facts about the run.
+        """
         self._content = manifest(info)
         self._ticks = dict.fromkeys(info.resolvers, 0)
         self._write("running")
 
     def take(self, batch: Batch) -> None:
+        """Count the ticks of a batch; nothing is written.
+
+        Args:
+            batch: Consecutive steps of one resolver.
+        """
         self._ticks[batch.resolver] = self._ticks.get(batch.resolver, 0) + len(batch.steps)
 
     def close(self, status: str) -> None:
+        """Write the manifest again, with the time at which the run ended.
+
+        Args:
+            status: "finished", or "interrupted" if the run ended early.
+        """
         self._content["ended"] = _now()
         self._write(status)
 
     def _write(self, status: str) -> None:
+        """Replace the file in one step, so that a kill never leaves half a manifest."""
         self._content |= {"status": status, "ticks": self._ticks}
         fresh = self.path.with_suffix(".part")
         fresh.write_text(json.dumps(self._content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -46,7 +67,15 @@ class ManifestSink:
 
 
 def manifest(info: RunInfo) -> dict[str, Any]:
-    """Everything that a reader needs to judge or repeat a run, as plain data."""
+    """Collect everything that a reader needs to judge or repeat a run.
+
+    Args:
+        info: The facts about the run.
+
+    Returns:
+        Plain data for JSON: scenario with its text, robot, start posture, resolvers, seed, time, commit,
+        versions and machine.
+    """
     scenario = info.scenario
     return {
         "scenario": {
@@ -69,7 +98,11 @@ def manifest(info: RunInfo) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Version of each package that has a hand in a run, as far as it is installed."""
+    """Look up the versions of the packages that take part in a run.
+
+    Returns:
+        The version of each package of `PACKAGES` that is installed, by name.
+    """
     found = {}
     for name in PACKAGES:
         try:
@@ -80,7 +113,12 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, Any]:
-    """Processor, cores that this process may use, system, and the thread settings in force."""
+    """Describe the machine that a run is timed on.
+
+    Returns:
+        The processor ("cpu"), the number of cores that this process may use ("cores"), the operating system
+        ("system") and the environment variables that set numbers of threads ("threads").
+    """
     threads = {
         key: os.environ[key] for key in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS") if key in os.environ
     }
@@ -93,6 +131,7 @@ def machine() -> dict[str, Any]:
 
 
 def _cpu() -> str:
+    """Return the name of the processor, from Linux if it tells, else from Python."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -102,7 +141,7 @@ def _cpu() -> str:
 
 
 def _source(source: Path | None) -> dict[str, Any]:
-    """File, hash and text of a scenario: the text is kept to be read, never to be run."""
+    """Return file name, hash and text of a scenario; the text is kept to be read, never to be run."""
     if source is None or not source.is_file():
         return {}
     text = source.read_bytes()
@@ -114,7 +153,7 @@ def _source(source: Path | None) -> dict[str, Any]:
 
 
 def _commit(source: Path | None) -> str | None:
-    """Commit of the checkout that the scenario stands in, with '+' where files were changed."""
+    """Return the commit of the checkout that holds the scenario, with "+" if files were changed since."""
     folder = source.resolve().parent if source is not None else Path.cwd()
 
     def git(*words: str) -> str | None:
@@ -131,4 +170,5 @@ def _commit(source: Path | None) -> str | None:
 
 
 def _now() -> str:
+    """Return the present time in UTC, as ISO 8601 text."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,29 +1,33 @@
-"""Logs read back: data only, nothing in them is ever executed."""
+"""Reading of logs: data only, nothing in a log is ever executed."""
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pyarrow as pa
 
 from taskopt.errors import BadLog, MissingFile
 from taskopt.record.manifest import FILE as MANIFEST
 from taskopt.record.table import FILE as TABLE
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 LOGS = Path("logs")
 RECORDING = "run.rrd"
-_MESSAGE = b"\xff\xff\xff\xff"  # what each message of an Arrow stream begins with
+_MESSAGE = b"\xff\xff\xff\xff"  # the first bytes of each message of an Arrow stream
 
 
-def read_table(path: str | Path) -> "pa.Table":
-    """The steps of a run: every whole batch of the file, also where the run was killed.
+def read_table(path: str | Path) -> pa.Table:
+    """Read the steps of a run, also of one that was killed: every whole batch of the file is returned.
 
-    `path` is a log folder or its table. Raises `MissingFile`, and `BadLog` for a file that is not a
-    table or is damaged before its end.
+    Args:
+        path: A log folder, or the table in it.
+
+    Returns:
+        One row for each tick and resolver; `TableSink` describes the columns.
+
+    Raises:
+        MissingFile: If there is no table at the path.
+        BadLog: If the file is not a table, has no whole batch, or is damaged before its end.
     """
-    import pyarrow as pa
-
     file = Path(path) / TABLE if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise MissingFile(f"no table at {file}; a log folder holds {TABLE}")
@@ -40,7 +44,7 @@ def read_table(path: str | Path) -> "pa.Table":
                 batches.append(batch)
                 start = source.tell()
         except (pa.ArrowInvalid, OSError) as error:
-            if not batches or not _cut_off(source, start):
+            if not batches or not _is_cut_off(source, start):
                 rows = sum(batch.num_rows for batch in batches)
                 raise BadLog(
                     f"{file} is damaged after {rows} whole rows ({start} of {source.size()} bytes): {error}"
@@ -48,15 +52,26 @@ def read_table(path: str | Path) -> "pa.Table":
         return pa.Table.from_batches(batches, reader.schema)
 
 
-def _cut_off(source: "pa.NativeFile", start: int) -> bool:
-    """Whether the message at `start` is a sound one that the end of the file cuts short."""
-    tried = source.tell()
+def _is_cut_off(source: pa.NativeFile, start: int) -> bool:
+    """Return True if the message at byte `start` is intact as far as it goes, and the file ends within it."""
+    reached = source.tell()
     mark = source.read_at(4, start)
-    return tried >= source.size() and mark == _MESSAGE[: len(mark)]
+    return reached >= source.size() and mark == _MESSAGE[: len(mark)]
 
 
 def read_manifest(folder: str | Path) -> dict[str, Any]:
-    """The manifest of a log folder. Raises `MissingFile`, and `BadLog` if it is not JSON."""
+    """Read the manifest of a log.
+
+    Args:
+        folder: The log folder.
+
+    Returns:
+        The content as `manifest` made it, with "status" and "ticks" of each resolver.
+
+    Raises:
+        MissingFile: If the folder has no manifest.
+        BadLog: If the manifest is not JSON.
+    """
     file = Path(folder) / MANIFEST
     if not file.is_file():
         raise MissingFile(f"no manifest at {file}; a log folder holds {MANIFEST}")
@@ -67,20 +82,41 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
 
 
 def newest_log(folder: str | Path = LOGS) -> Path:
-    """The newest log folder under `folder`, which may be logs/, one scenario's, or a log itself.
+    """Find the log folder that was written last.
 
-    Raises `MissingFile` if there is none.
+    Args:
+        folder: The folder of all logs, of one scenario's logs, or a log itself.
+
+    Returns:
+        The log folder with the newest manifest, at any depth.
+
+    Raises:
+        MissingFile: If there is no log.
     """
-    place = Path(folder)
-    found = [file.parent for file in place.rglob(MANIFEST)]
-    if not found:
-        raise MissingFile(f"no log under {place}; make one with: taskopt run tasks/planar_circle.py")
-    return max(found, key=lambda log: (log / MANIFEST).stat().st_mtime_ns)
+    logs = [file.parent for file in Path(folder).rglob(MANIFEST)]
+    if not logs:
+        raise MissingFile(f"no log under {folder}; make one with: taskopt run tasks/planar_circle.py")
+    return max(logs, key=lambda log: (log / MANIFEST).stat().st_mtime_ns)
 
 
-def recording(log: str | Path) -> Path:
-    """The Rerun recording of a log folder, or the path itself if it is a recording."""
-    file = Path(log) / RECORDING if Path(log).is_dir() else Path(log)
+def find_recording(path: str | Path = LOGS) -> Path:
+    """Find the Rerun recording that a path stands for.
+
+    Args:
+        path: A recording, a log folder, or a folder of logs, of which the newest is meant.
+
+    Returns:
+        The recording.
+
+    Raises:
+        MissingFile: If the path does not exist, holds no log, or its newest log has no recording.
+    """
+    given = Path(path)
+    if given.is_file():
+        return given
+    if not given.exists():
+        raise MissingFile(f"no recording or log folder at {given}; make one with: taskopt run SCENARIO")
+    file = newest_log(given) / RECORDING
     if not file.is_file():
-        raise MissingFile(f"no recording at {file}; a log folder holds {RECORDING}")
+        raise MissingFile(f"the log {file.parent} has no {RECORDING}: its run ended before the first step")
     return file

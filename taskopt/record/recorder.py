@@ -1,76 +1,94 @@
-"""Listeners of a run: what a recorder is, and the log that gathers steps for its sinks."""
+"""Recorders listen to a run; the buffered recorder hands its steps to sinks in batches."""
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
 from threading import Event, Lock, Thread
 from time import monotonic
 from types import TracebackType
 from typing import Protocol, Self
 
-from taskopt.kinematics.stack import Plan
 from taskopt.loop.run import Step
-from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
+from taskopt.record.run_info import RunInfo
 
-PERIOD = 0.6  # [s] of wall-clock between two flushes
-_PATIENCE = 0.7  # [s] without a flush before the watchdog does it
-_CAPACITY = 4000  # steps kept in memory at most
+PERIOD = 0.6  # [s] of wall-clock time between two flushes
+_PATIENCE = 0.7  # [s] of wall-clock time without a flush after which the watchdog flushes
+_CAPACITY = 4000  # largest number of steps that are kept in memory
 
 
 class Recorder(Protocol):
-    """Listens to a run: opened as a context, shown every step, closed even if the run fails."""
+    """A listener of a run: a context manager that is shown every step and closed even if the run fails."""
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        """Open everything that the recorder writes to.
+
+        Returns:
+            The recorder itself.
+        """
+        ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    ) -> None:
+        """Write what is left and close everything.
 
-    def write(self, step: Step) -> None:
-        """Take note of a step; it and its arrays are never changed afterwards."""
+        Args:
+            kind: The type of the exception that ended the run; None if the run finished.
+            error: That exception.
+            trace: Its traceback.
+        """
         ...
 
+    def write(self, step: Step) -> None:
+        """Record a step.
 
-@dataclass(frozen=True, eq=False)
-class RunInfo:
-    """What is known before the first step: scenario, names of the resolvers, file, seed."""
-
-    scenario: Scenario
-    resolvers: tuple[str, ...]
-    source: Path | None = None
-    seed: int | None = None
-
-    @cached_property
-    def plan(self) -> Plan:
-        """The stack compiled for the robot, filled at the start: names, frames, units, kinds of rows."""
-        plan = self.new_plan()
-        plan.at(self.scenario.start, 0.0)
-        return plan
-
-    def new_plan(self) -> Plan:
-        """A plan of one's own, to look at references without disturbing the run."""
-        return self.scenario.stack.compile(self.scenario.robot, self.scenario.dt)
+        Args:
+            step: The step; neither it nor its arrays are changed afterwards, so it may be kept.
+        """
+        ...
 
 
 class Sink(Protocol):
-    """Where batches of steps go; each sink owns its files."""
+    """A destination of batches, such as a table; each sink owns its files."""
 
-    def open(self, info: RunInfo) -> None: ...
+    def open(self, info: RunInfo) -> None:
+        """Open the files, before the first batch.
+
+        Args:
+            info: The facts about the run.
+        """
+        ...
 
     def take(self, batch: Batch) -> None:
-        """Write a batch so that a kill right after the return loses nothing of it."""
+        """Write a batch so that a kill right after the return loses nothing of it.
+
+        Args:
+            batch: Consecutive steps of one resolver.
+        """
         ...
 
     def close(self, status: str) -> None:
-        """No more batches; `status` is 'finished', or 'interrupted' where the run failed."""
+        """Close the files, after the last batch.
+
+        Args:
+            status: "finished", or "interrupted" if the run ended early.
+        """
         ...
 
 
 def record(steps: Iterable[Step], *recorders: Recorder) -> Generator[Step, None, None]:
-    """Pass the steps through, showing each to every recorder."""
+    """Pass the steps of a run through and show each one to every recorder.
+
+    The recorders are opened before the first step. They are closed after the last one, if the run raises
+    an exception, and if the consumer stops early.
+
+    Args:
+        steps: The steps of one resolver, or of several that take turns.
+        recorders: The listeners, in the order in which they are shown a step.
+
+    Returns:
+        A generator of the same steps.
+    """
     with ExitStack() as opened:
         listeners = [opened.enter_context(recorder) for recorder in recorders]
         for step in steps:
@@ -79,15 +97,21 @@ def record(steps: Iterable[Step], *recorders: Recorder) -> Generator[Step, None,
             yield step
 
 
-class Gatherer:
-    """Recorder that keeps steps for at most 0.7 s of wall-clock, then hands them to its sinks.
+class BufferedRecorder:
+    """Collect steps for at most 0.7 s of wall-clock time, then hand them to the sinks in one batch.
 
-    Writing a step appends it to a list; everything else is done by the batch, in array code. A
-    watchdog hands over what waits while a single tick takes long, so that a kill costs less than a
-    second at any speed.
+    Writing a step only appends it to a list; all other work is done on whole batches, in array code. A
+    watchdog thread flushes the waiting steps while a single tick takes long, so that a kill loses less
+    than a second at any speed of the run.
     """
 
     def __init__(self, info: RunInfo, sinks: Sequence[Sink]) -> None:
+        """Prepare a recorder; entering its context opens the sinks.
+
+        Args:
+            info: The facts about the run.
+            sinks: The destinations of the batches.
+        """
         self.info = info
         self._sinks = tuple(sinks)
         self._waiting: dict[str, list[Step]] = {}
@@ -98,6 +122,11 @@ class Gatherer:
         self._failure: Exception | None = None
 
     def __enter__(self) -> Self:
+        """Open all sinks, or none: if one cannot open, those before it are closed.
+
+        Returns:
+            The recorder itself.
+        """
         with ExitStack() as opened:
             for sink in self._sinks:
                 sink.open(self.info)
@@ -108,6 +137,14 @@ class Gatherer:
         return self
 
     def write(self, step: Step) -> None:
+        """Keep a step, and flush if the buffer is full or 0.6 s have passed since the last flush.
+
+        Args:
+            step: The step to record.
+
+        Raises:
+            Exception: The error that a sink raised while the watchdog flushed.
+        """
         if self._failure is not None:
             raise self._failure
         with self._lock:
@@ -116,9 +153,21 @@ class Gatherer:
             if self._count >= _CAPACITY or monotonic() - self._flushed > PERIOD:
                 self._flush()
 
+    def flush(self) -> None:
+        """Hand all waiting steps to the sinks now."""
+        with self._lock:
+            self._flush()
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Flush the rest and close all sinks, even if one of them fails.
+
+        Args:
+            kind: The type of the exception that ended the run; None if the run finished.
+            error: That exception.
+            trace: Its traceback.
+        """
         self._done.set()
         self._watchdog.join()
         status = "finished" if kind is None else "interrupted"
@@ -128,6 +177,7 @@ class Gatherer:
             self._flush()
 
     def _flush(self) -> None:
+        """Hand over the waiting steps; the caller holds the lock, or is the only thread left."""
         waiting, self._waiting, self._count = self._waiting, {}, 0
         for steps in waiting.values():
             batch = Batch(tuple(steps))
@@ -136,11 +186,12 @@ class Gatherer:
         self._flushed = monotonic()
 
     def _watch(self) -> None:
+        """Flush whenever steps have waited too long, until the recorder is closed."""
         while not self._done.wait(0.1):
             with self._lock:
                 if self._count and monotonic() - self._flushed > _PATIENCE:
                     try:
                         self._flush()
-                    except Exception as error:  # noqa: BLE001  raised again by the next write
+                    except Exception as error:  # noqa: BLE001  a thread has no caller: the next write raises it
                         self._failure = error
                         return

@@ -1,60 +1,209 @@
-"""How smoothly a run goes: jumps of its velocities by transition, limits that chatter, conflicts."""
+"""The figures of one resolver's run: the only summary, read by the comparison, the report and the viewer."""
 
 from collections import Counter
+from dataclasses import dataclass, field
 
+import numpy as np
+
+from taskopt.arrays import IntArray
 from taskopt.hierarchy.alternation import ChatterWatch
 from taskopt.kinematics.stack import Plan
 from taskopt.kinematics.task.transition import Transition, transitions
-from taskopt.loop.run import Step
+from taskopt.loop.run import Step, tracking_error
+from taskopt.record.batch import Batch
+from taskopt.record.violation import LimitGauge
 
-_SHOWN = 3  # limits that chatter, named in a summary
+_SHOWN = 3  # largest number of alternating limits that are named in a report
 
 
 class Continuity:
-    """Largest |v_k − v_(k−1)| of any velocity [rad/s, m/s] of one resolver, and what chatters."""
+    """Watch how smoothly one resolver moves the robot: jumps, alternating limits, conflicts.
+
+    A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps are kept apart by the transitions of
+    tasks that are under way, because a task that comes or goes is expected to change the velocities.
+    """
 
     def __init__(self, plan: Plan) -> None:
-        self._dt, self._moves = plan.dt, transitions(plan.tasks)
+        """Begin a run.
+
+        Args:
+            plan: The compiled stack, which knows the time step and the transitions of its tasks.
+        """
+        self._dt, self._transitions = plan.dt, transitions(plan.tasks)
         self._jumps: dict[tuple[Transition, ...], float] = {}
-        self._watch = ChatterWatch(plan.dt)
-        self._last: Step | None = None
-        self._settled: Counter[str] = Counter()  # ticks without an optimum to send, by what was sent instead
-        self._conflict = ""  # the first of them
+        self._alternation = ChatterWatch(plan.dt)
+        self._previous: Step | None = None
+        self._conflicts: Counter[str] = Counter()  # ticks with a conflict, by the status of what was sent
+        self._first_conflict = ""
 
     def add(self, step: Step) -> None:
-        """Take the next step in."""
-        self._watch.add(step.resolution)
-        if self._last is not None:
-            under_way = tuple(move for move in self._moves if move.begin <= step.t <= move.end + self._dt)
-            jump = float(abs(step.v - self._last.v).max())
+        """Take the next step into account.
+
+        Args:
+            step: The step that follows the one of the last call.
+        """
+        self._alternation.add(step.resolution)
+        if self._previous is not None:
+            under_way = tuple(
+                transition
+                for transition in self._transitions
+                if transition.begin <= step.t <= transition.end + self._dt
+            )
+            jump = float(abs(step.v - self._previous.v).max())
             self._jumps[under_way] = max(self._jumps.get(under_way, 0.0), jump)
-        self._last = step
+        self._previous = step
         if step.resolution.notes:
-            self._conflict = self._conflict or f"at {step.t:g} s: {' '.join(step.resolution.notes)}"
-            self._settled[step.resolution.status.name.lower()] += 1
+            self._first_conflict = (
+                self._first_conflict or f"at {step.t:g} s: {' '.join(step.resolution.notes)}"
+            )
+            self._conflicts[step.resolution.status.name.lower()] += 1
 
     @property
     def jump(self) -> float:
-        """The largest of all."""
+        """The largest jump of the whole run [rad/s, m/s]; 0 before the second step."""
         return max(self._jumps.values(), default=0.0)
 
     def sentences(self) -> list[str]:
-        """Conflicts; the jump while each transition is under way and elsewhere, if any; what chatters."""
-        rest = f"{self._jumps.get((), 0.0):.2g} elsewhere"
-        during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
-        told = f"largest change of a velocity in one tick [rad/s]: {'; '.join([*during, rest])}"
-        found = self._watch.found()
-        lines = [f"chatters: {chatter}" for chatter in found[:_SHOWN]]
-        more = [f"chatters: {len(found) - _SHOWN} more limits"] if len(found) > _SHOWN else []
-        return [*self._conflicts(), *([told] if during else []), *lines, *more]
+        """Report the conflicts, the jumps during transitions and the alternating limits.
 
-    def _conflicts(self) -> list[str]:
-        if not self._settled:
+        Returns:
+            One sentence for each of them; none for a run without conflict, transition and alternation.
+        """
+        elsewhere = f"{self._jumps.get((), 0.0):.2g} elsewhere"
+        during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
+        jumps = f"largest change of a velocity in one tick [rad/s]: {'; '.join([*during, elsewhere])}"
+        found = self._alternation.found()
+        lines = [f"alternates: {limit}" for limit in found[:_SHOWN]]
+        more = [f"alternates: {len(found) - _SHOWN} more limits"] if len(found) > _SHOWN else []
+        return [*self._conflict_sentence(), *([jumps] if during else []), *lines, *more]
+
+    def _conflict_sentence(self) -> list[str]:
+        """Count the ticks with a conflict by status, and quote the first one; nothing without a conflict."""
+        if not self._conflicts:
             return []
-        counts = " and ".join(f"{ticks} ticks {status}" for status, ticks in self._settled.items())
-        return [f"{counts}, first {self._conflict}"]
+        counts = " and ".join(f"{ticks} ticks {status}" for status, ticks in self._conflicts.items())
+        return [f"{counts}, first {self._first_conflict}"]
+
+
+@dataclass
+class Summary:
+    """Accumulate the figures of one resolver, batch by batch.
+
+    Violations are measured against the limits that the stack declares: position limits after each step,
+    velocity limits that do not change with time.
+
+    Attributes:
+        resolver: The name of the resolver.
+        gauge: The limits of the run.
+        tracking: The tracking error of each tick, see `tracking_error`, (ticks,) [m].
+        position_violation: The largest violation of a position limit [rad, m].
+        velocity_violation: The largest violation of a velocity limit [rad/s, m/s].
+        least_distance: The least distance that each distance limit measured [m].
+        closed_form_distances: The distance to the closed-form answer at each tick at which nothing binds
+            [rad/s, m/s].
+        path_difference: The largest ‖q ⊖ q of the reference resolver‖∞ at the same tick [rad, m].
+        certificates: The largest KKT residual of each tick, (ticks,).
+        claimed: The number of ticks at which the resolver claims an optimum.
+        certified: The number of ticks at which the certificate proves an optimum.
+        judged: The number of ticks whose active set could be solved again.
+        accurate: The number of those ticks at which the answer has the accuracy that was asked for.
+        error: The largest error in x against the active set solved again, relative to x.
+        causes: The number of ticks at which each kind of cause keeps the answer from its closed form.
+        seconds: The solve time of each tick, (ticks,) [s].
+        active: The number of ticks at which each bound or inequality is active, by name.
+        ticks_active: The number of ticks at which any of them is active.
+        continuity: The jumps, alternating limits and conflicts.
+        stopped: The message of the error that ended the run early; empty if there was none.
+    """
+
+    resolver: str
+    gauge: LimitGauge
+    tracking: list[float] = field(default_factory=list)
+    position_violation: float = 0.0
+    velocity_violation: float = 0.0
+    least_distance: dict[str, float] = field(default_factory=dict)
+    closed_form_distances: list[float] = field(default_factory=list)
+    path_difference: float = 0.0
+    certificates: list[float] = field(default_factory=list)
+    claimed: int = 0
+    certified: int = 0
+    judged: int = 0
+    accurate: int = 0
+    error: float = 0.0
+    causes: Counter[str] = field(default_factory=Counter)
+    seconds: list[float] = field(default_factory=list)
+    active: Counter[str] = field(default_factory=Counter)
+    ticks_active: int = 0
+    continuity: Continuity = field(init=False)
+    stopped: str = ""
+
+    def __post_init__(self) -> None:
+        self.continuity = Continuity(self.gauge.info.plan)
+
+    @property
+    def ticks(self) -> int:
+        """The number of ticks so far."""
+        return len(self.seconds)
+
+    def add(self, batch: Batch) -> None:
+        """Take a batch into account.
+
+        Args:
+            batch: The steps that follow those of the last call, of the same resolver.
+        """
+        for step in batch.steps:
+            self.tracking.append(tracking_error(step))
+            self.continuity.add(step)
+            self._add_review(step)
+            if step.nothing_binds:
+                self.closed_form_distances.append(step.closed_form_distance)
+        if self.gauge.keeps_positions:
+            excess = float(self.gauge.position_violation(batch).max())
+            self.position_violation = max(self.position_violation, excess)
+        excess = float(self.gauge.velocity_violation(batch).max())
+        self.velocity_violation = max(self.velocity_violation, excess)
+        for limit in batch.distance_limits:
+            least = float(batch.distance(limit).min())
+            self.least_distance[limit] = min(self.least_distance.get(limit, np.inf), least)
+        self.certificates += batch.certificate.tolist()
+        self.claimed += int(batch.claimed.sum())
+        self.certified += int(batch.certified.sum())
+        self.seconds += batch.seconds.tolist()
+        self._add_active(batch)
+
+    def compare_path(self, step: Step, reference: Step) -> None:
+        """Measure how far the path is from that of the reference resolver.
+
+        Args:
+            step: A step of this resolver.
+            reference: The step of the reference resolver at the same tick.
+        """
+        robot = self.gauge.info.scenario.robot
+        difference = np.abs(robot.difference(reference.q_next, step.q_next)).max()
+        self.path_difference = max(self.path_difference, float(difference))
+
+    def _add_active(self, batch: Batch) -> None:
+        """Count the active bounds and inequalities by name."""
+        code: IntArray = batch.active_code
+        self.ticks_active += int((code != 0).any(axis=1).sum())
+        ticks, rows = np.nonzero(code)
+        counted = Counter(zip(rows.tolist(), code[ticks, rows].tolist(), strict=True))
+        for (row, value), count in counted.items():
+            self.active[batch.active_name(row, value)] += count
+
+    def _add_review(self, step: Step) -> None:
+        """Count accuracy and causes, where a resolver reviews its answer."""
+        review = step.resolution.review
+        if review is None:
+            return
+        if not np.isnan(review.error):
+            self.judged += 1
+            self.error = max(self.error, review.error)
+            self.accurate += step.resolution.accurate
+        self.causes.update({cause.kind for cause in review.causes})
 
 
 def _words(moves: tuple[Transition, ...]) -> str:
+    """Name transitions that are under way together, with the time from the first to the last of them."""
     begin, end = min(move.begin for move in moves), max(move.end for move in moves)
     return f"{' and '.join(f'{move.task} {move.what}' for move in moves)} ({begin:g} to {end:g} s)"

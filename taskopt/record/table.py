@@ -1,102 +1,132 @@
-"""The steps of a run as a table: an Arrow IPC stream, one row per tick and resolver.
+"""The table of a run: an Arrow IPC stream with one row for each tick and resolver.
 
-A stream, because every batch in it can be read back after a kill; a Parquet file without its footer
-cannot be opened at all.
+It is a stream, because every whole batch of a stream can be read back after a kill; a Parquet file without
+its footer cannot be opened at all.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow as pa
 
 from taskopt.arrays import Array
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 from taskopt.record.violation import LimitGauge
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 FILE = "steps.arrows"
 
 
 class TableSink:
-    """Writes batches to an Arrow IPC stream, unbuffered.
+    """Write batches to an Arrow IPC stream, unbuffered.
 
-    Columns: tick, t [s], resolver, status, claimed, certified, free (no row binds), q, q_next, v,
-    error/<task>, residual/<task>, position_violation, velocity_violation, active (names),
-    multiplier (one an active row), certificate, iterations, seconds, build_seconds, twin_distance,
-    accurate, causes (of that distance), ranks and damping (k², one a level, the hard rows first),
-    distance/<limit> (the least, [m]), nearest/<limit> (of which pair).
+    Columns, one value a row unless a list is named:
+
+    - tick; t [s]; resolver; status (`Status`); claimed, certified (an optimum); nothing_binds: True if the
+      closed-form answer keeps every bound and inequality.
+    - q, q_next: lists (nq,) [rad, m]; v: list (nv,) [rad/s, m/s].
+    - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of what the rows of the task lack.
+    - position_violation [rad, m], velocity_violation [rad/s, m/s]: largest excess over a limit.
+    - active: list of names of active bounds and inequalities; multiplier: list, one number for each of them.
+    - certificate: largest KKT residual; iterations; seconds, build_seconds [s]: time of the resolver, and of
+      kinematics and rows.
+    - closed_form_distance [rad/s, m/s]: ‖v − v of the closed-form answer‖∞; causes: list of the reasons for
+      it; accurate: True if the active set solved again gives the same answer.
+    - ranks, damping: lists, the rank and the damping k² of each level, hard rows first.
+    - distance/<limit> [m]: least distance of a distance limit; nearest/<limit>: the pair that has it.
     """
 
     def __init__(self, path: Path) -> None:
+        """Prepare a table; `open` makes the file.
+
+        Args:
+            path: The file to write.
+        """
         self.path = path
 
     def open(self, info: RunInfo) -> None:
-        import pyarrow as pa
+        """Make the file; the schema is written with the first batch.
 
+        Args:
+            info: The facts about the run.
+        """
         self._gauge = LimitGauge(info)
         self._file = pa.OSFile(str(self.path), "wb")
         self._writer: pa.ipc.RecordBatchStreamWriter | None = None
 
     def take(self, batch: Batch) -> None:
-        import pyarrow as pa
+        """Append a batch.
 
-        columns = self._columns(batch)
+        Args:
+            batch: Consecutive steps of one resolver.
+        """
+        columns = {
+            **_answer_columns(batch),
+            **_task_columns(batch),
+            **self._limit_columns(batch),
+            **_proof_columns(batch),
+            **_distance_columns(batch),
+        }
         rows = pa.RecordBatch.from_arrays(list(columns.values()), names=list(columns))
-        writer = self._writer = self._writer or pa.ipc.new_stream(self._file, rows.schema)
-        writer.write_batch(rows)
+        if self._writer is None:
+            self._writer = pa.ipc.new_stream(self._file, rows.schema)
+        self._writer.write_batch(rows)
 
     def close(self, status: str) -> None:  # noqa: ARG002 (protocol)
+        """Write the end mark and close the file.
+
+        Args:
+            status: Unused; the manifest has it.
+        """
         if self._writer is not None:
             self._writer.close()
         self._file.close()
 
-    def _columns(self, batch: Batch) -> dict[str, "pa.Array"]:
-        import pyarrow as pa
-
-        active, multiplier = _active(batch)
-        answers = [step.resolution for step in batch.steps]
-        errors = {f"error/{task}": _lists(batch.error(task)) for task in batch.task_names}
-        residuals = {
-            f"residual/{block.name}": pa.array(batch.residual(block.name))
-            for block in batch.layout.blocks
-            if block.level > 0
-        }
+    def _limit_columns(self, batch: Batch) -> dict[str, pa.Array]:
+        """Return violations and active limits."""
+        active, multiplier = _active_columns(batch)
         return {
-            "tick": pa.array(batch.index),
-            "t": pa.array(batch.t),
-            "resolver": pa.array([batch.resolver] * len(answers)),
-            "status": pa.array([answer.status.name for answer in answers]),
-            "claimed": pa.array(batch.claimed),
-            "certified": pa.array(batch.certified),
-            "free": pa.array([step.nothing_binds for step in batch.steps]),
-            "q": _lists(batch.q),
-            "q_next": _lists(batch.q_next),
-            "v": _lists(batch.v),
-            **errors,
-            **residuals,
             "position_violation": pa.array(self._gauge.position_violation(batch)),
             "velocity_violation": pa.array(self._gauge.velocity_violation(batch)),
             "active": active,
             "multiplier": multiplier,
-            "certificate": pa.array(batch.worst),
-            "iterations": pa.array([answer.iterations for answer in answers], pa.int64()),
-            "seconds": pa.array(batch.seconds),
-            "build_seconds": pa.array(batch.build_seconds),
-            "twin_distance": pa.array(batch.twin_distance),
-            **_second_look(batch),
-            **_nearness(batch),
         }
 
 
-def _second_look(batch: Batch) -> dict[str, "pa.Array"]:
-    """How accurate the answers are, what was decided on the way, and why they are not the closed form."""
-    import pyarrow as pa
+def _answer_columns(batch: Batch) -> dict[str, pa.Array]:
+    """Return the tick, the resolver's claim, and the motion."""
+    answers = [step.resolution for step in batch.steps]
+    return {
+        "tick": pa.array(batch.index),
+        "t": pa.array(batch.t),
+        "resolver": pa.array([batch.resolver] * len(answers)),
+        "status": pa.array([answer.status.name for answer in answers]),
+        "claimed": pa.array(batch.claimed),
+        "certified": pa.array(batch.certified),
+        "nothing_binds": pa.array([step.nothing_binds for step in batch.steps]),
+        "q": _lists(batch.q),
+        "q_next": _lists(batch.q_next),
+        "v": _lists(batch.v),
+    }
 
+
+def _task_columns(batch: Batch) -> dict[str, pa.Array]:
+    """Return error and residual of each task."""
+    errors = {f"error/{task}": _lists(batch.error(task)) for task in batch.task_names}
+    tasks = [block.name for block in batch.layout.blocks if block.level > 0]
+    return errors | {f"residual/{task}": pa.array(batch.residual(task)) for task in tasks}
+
+
+def _proof_columns(batch: Batch) -> dict[str, pa.Array]:
+    """Return certificate, effort, and the comparison with the closed-form answer."""
+    answers = [step.resolution for step in batch.steps]
     words, ranks, damping = pa.list_(pa.string()), pa.list_(pa.int64()), pa.list_(pa.float64())
     return {
+        "certificate": pa.array(batch.certificate),
+        "iterations": pa.array([answer.iterations for answer in answers], pa.int64()),
+        "seconds": pa.array(batch.seconds),
+        "build_seconds": pa.array(batch.build_seconds),
+        "closed_form_distance": pa.array(batch.closed_form_distance),
         "accurate": pa.array(batch.accurate),
         "causes": pa.array([list(map(str, tick)) for tick in batch.causes], words),
         "ranks": pa.array([[level.rank for level in tick] for tick in batch.levels], ranks),
@@ -104,10 +134,8 @@ def _second_look(batch: Batch) -> dict[str, "pa.Array"]:
     }
 
 
-def _nearness(batch: Batch) -> dict[str, "pa.Array"]:
-    """The least distance of each limit that keeps any [m], and the pair that it is between."""
-    import pyarrow as pa
-
+def _distance_columns(batch: Batch) -> dict[str, pa.Array]:
+    """Return the least distance [m] of each distance limit, and the pair that has it."""
     columns = {}
     for limit in batch.distance_limits:
         distance = batch.distance(limit)
@@ -116,27 +144,21 @@ def _nearness(batch: Batch) -> dict[str, "pa.Array"]:
     return columns
 
 
-def _lists(rows: Array) -> "pa.Array":
-    """(k, m) as a column of k lists."""
-    import pyarrow as pa
-
+def _lists(rows: Array) -> pa.Array:
+    """Turn an array (k, m) into a column of k lists."""
     offsets = np.arange(len(rows) + 1, dtype=np.int32) * rows.shape[1]
     return pa.ListArray.from_arrays(offsets, np.ascontiguousarray(rows).ravel())
 
 
-def _active(batch: Batch) -> tuple["pa.Array", "pa.Array"]:
-    """Names of the active limits and inequalities of each tick, and their multipliers."""
-    import pyarrow as pa
-
+def _active_columns(batch: Batch) -> tuple[pa.Array, pa.Array]:
+    """Return the names of the active bounds and inequalities of each tick, and their multipliers."""
     code = batch.active_code
     ticks, rows = np.nonzero(code)
     offsets = np.searchsorted(ticks, np.arange(len(code) + 1)).astype(np.int32)
-    known: dict[tuple[int, int], str] = {}
-    pairs = list(zip(rows.tolist(), code[ticks, rows].tolist(), strict=True))
-    for pair in set(pairs):
-        known[pair] = batch.active_name(*pair)
-    names = pa.array([known[pair] for pair in pairs], pa.string())
+    codes = list(zip(rows.tolist(), code[ticks, rows].tolist(), strict=True))
+    name_of = {pair: batch.active_name(*pair) for pair in set(codes)}
+    names = pa.array([name_of[pair] for pair in codes], pa.string())
     return (
         pa.ListArray.from_arrays(offsets, names),
-        pa.ListArray.from_arrays(offsets, batch.price[ticks, rows]),
+        pa.ListArray.from_arrays(offsets, batch.multiplier[ticks, rows]),
     )

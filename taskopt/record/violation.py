@@ -1,4 +1,4 @@
-"""How near a run comes to its limits, and how far it leaves them, measured after each Euler step."""
+"""Positions and velocities of a run in relation to the limits of the robot and of the stack."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,63 +9,98 @@ from taskopt.arrays import Array
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import BoundLimit, JointPositionLimit
 from taskopt.record.batch import Batch, Mask
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 
 
 @dataclass(frozen=True, eq=False)
 class LimitGauge:
-    """Positions and velocities of a run beside the limits: of the robot, and of the stack's own."""
+    """Measure how near a run comes to its limits, and how far it leaves them.
+
+    Attributes:
+        info: The facts about the run: the robot has the position limits, the stack the velocity limits.
+    """
 
     info: RunInfo
 
     @cached_property
     def velocity_box(self) -> Array:
-        """(2, nv) lower and upper bounds on velocity that never change, of all limits of the stack."""
+        """The lower and upper bounds on velocities that never change, (2, nv) [rad/s, m/s].
+
+        A velocity without a constant bound has −inf and inf.
+        """
         scenario = self.info.scenario
-        at = Configuration(scenario.robot, scenario.start)
+        configuration = Configuration(scenario.robot, scenario.start)
         bounds = np.repeat([[-np.inf], [np.inf], [0.0], [0.0]], scenario.robot.nv, axis=1)
         for bound in self.info.plan.limits:
             if isinstance(bound, BoundLimit) and bound.constant:
-                bound.narrow(at, bounds, 1)
+                bound.narrow(configuration, bounds, 1)
         return bounds[:2]
 
     @cached_property
-    def moving(self) -> Mask:
-        """(nv,) whether a coordinate has two position limits that differ."""
+    def ranged(self) -> Mask:
+        """True for a coordinate with two finite position limits that differ, (nv,)."""
         robot = self.info.scenario.robot
         width = robot.position_upper - robot.position_lower
         return (robot.position_index >= 0) & np.isfinite(width) & (width > 0.0)
 
     @cached_property
-    def fast(self) -> Mask:
-        """(nv,) whether the stack bounds a velocity on both sides."""
+    def bounded(self) -> Mask:
+        """True for a velocity that the stack bounds on both sides, (nv,)."""
         return np.isfinite(self.velocity_box).all(axis=0) & (self.velocity_box[0] < self.velocity_box[1])
 
     @cached_property
     def keeps_positions(self) -> bool:
-        """Whether the stack declares position limits."""
+        """True if the stack declares position limits."""
         return any(isinstance(limit, JointPositionLimit) for limit in self.info.scenario.stack.limits)
 
     def position_share(self, q: Array) -> Array:
-        """q (k, nq) of the `moving` joints as a share of the range: −1 lower limit, +1 upper limit."""
+        """Scale positions to their ranges: (2 q − lower − upper)/(upper − lower).
+
+        Args:
+            q: Configurations, (k, nq) [rad, m].
+
+        Returns:
+            The positions of the `ranged` coordinates, (k, r): −1 at the lower limit, +1 at the upper one.
+        """
         robot = self.info.scenario.robot
-        lower, upper = robot.position_lower[self.moving], robot.position_upper[self.moving]
-        return (2.0 * q[:, robot.position_index[self.moving]] - lower - upper) / (upper - lower)
+        lower, upper = robot.position_lower[self.ranged], robot.position_upper[self.ranged]
+        return (2.0 * q[:, robot.position_index[self.ranged]] - lower - upper) / (upper - lower)
 
     def velocity_share(self, v: Array) -> Array:
-        """v (k, nv) of the `fast` coordinates as a share of their bounds: −1 lower, +1 upper."""
-        lower, upper = self.velocity_box[:, self.fast]
-        return (2.0 * v[:, self.fast] - lower - upper) / (upper - lower)
+        """Scale velocities to their bounds: (2 v − lower − upper)/(upper − lower).
+
+        Args:
+            v: Velocities, (k, nv) [rad/s, m/s].
+
+        Returns:
+            The `bounded` velocities, (k, b): −1 at the lower bound, +1 at the upper one.
+        """
+        lower, upper = self.velocity_box[:, self.bounded]
+        return (2.0 * v[:, self.bounded] - lower - upper) / (upper - lower)
 
     def position_violation(self, batch: Batch) -> Array:
-        """Largest distance to the robot's position limits after each step, (k,) ≥ 0 [rad, m]."""
+        """Measure by how much positions are outside the robot's limits after each step.
+
+        Args:
+            batch: k steps of one resolver.
+
+        Returns:
+            The largest excess over all coordinates, (k,) ≥ 0 [rad, m].
+        """
         robot = self.info.scenario.robot
         has = robot.position_index >= 0
-        at = batch.q_next[:, robot.position_index[has]]
-        over = np.maximum(at - robot.position_upper[has], robot.position_lower[has] - at)
-        return over.max(axis=1, initial=0.0)
+        q = batch.q_next[:, robot.position_index[has]]
+        excess = np.maximum(q - robot.position_upper[has], robot.position_lower[has] - q)
+        return excess.max(axis=1, initial=0.0)
 
     def velocity_violation(self, batch: Batch) -> Array:
-        """Largest excess over the stack's constant velocity bounds, (k,) ≥ 0 [rad/s, m/s]."""
+        """Measure by how much velocities are outside the constant bounds of the stack.
+
+        Args:
+            batch: k steps of one resolver.
+
+        Returns:
+            The largest excess over all velocities, (k,) ≥ 0 [rad/s, m/s].
+        """
         lower, upper = self.velocity_box
         return np.maximum(batch.v - upper, lower - batch.v).max(axis=1, initial=0.0)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from taskopt.loop.run import Step
-from taskopt.record.recorder import Gatherer, RunInfo
-from taskopt.record.viewer.sink import StreamSink
+from taskopt.record.recorder import BufferedRecorder
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.sink import RecordingSink
 
 
 def batches(file: Path, path: str = "/**") -> Iterator[Any]:
@@ -64,11 +65,11 @@ def written_in_pieces(info: RunInfo, steps: Sequence[Step], folder: Path) -> lis
     for size in (7, 1000):
         file = folder / str(size) / "run.rrd"
         file.parent.mkdir()
-        log = Gatherer(info, [StreamSink(file)])
+        log = BufferedRecorder(info, [RecordingSink(file)])
         with log:
             for k, step in enumerate(steps):
                 log.write(step)
                 if k % size == size - 1:
-                    log._flush()
+                    log.flush()
         files.append(file)
     return files

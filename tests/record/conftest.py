@@ -12,7 +12,7 @@ from taskopt.kinematics.task import JointTask, PositionTask
 from taskopt.loop.run import Step, run
 from taskopt.loop.scenario import Scenario
 from taskopt.record.log import Log
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 from taskopt.resolver.registry import resolver
 
 NAMES = ("active-set", "wqp/daqp", "pinv")

@@ -15,8 +15,8 @@ def test_columns_are_the_steps_stacked(steps, name):
         np.testing.assert_array_equal(batch.q_next[k], step.q_next)
         np.testing.assert_array_equal(batch.v[k], step.v)
         assert (batch.index[k], batch.t[k], batch.seconds[k]) == (step.index, step.t, step.seconds)
-        assert batch.twin_distance[k] == step.closed_form_distance
-        assert batch.worst[k] == step.resolution.certificate.worst
+        assert batch.closed_form_distance[k] == step.closed_form_distance
+        assert batch.certificate[k] == step.resolution.certificate.worst
         assert batch.certified[k] == step.resolution.certified()
 
 
@@ -26,9 +26,11 @@ def test_active_rows_are_those_that_the_resolution_names(steps, name):
     batch = Batch(tuple(steps[name]))
     assert (batch.active_code != 0).any(), "the scenario must bind, or this shows nothing"
     for k, step in enumerate(steps[name]):
-        rows = np.flatnonzero(batch.active_code[k])
+        code = batch.active_code[k]
+        rows = np.flatnonzero(code)
         got = {
-            batch.active_name(int(row), int(batch.active_code[k, row])): batch.price[k, row] for row in rows
+            batch.active_name(int(row), int(batch.active_code[k, row])): batch.multiplier[k, row]
+            for row in rows
         }
         limits = [
             a for a in step.resolution.active if not a.name.startswith(("tip", "posture", "joint/", "norm"))
@@ -62,9 +64,9 @@ def test_times_are_whole_nanoseconds(steps):
 
 
 def test_a_closed_form_that_leaves_its_limits_is_marked(steps, scenario):
-    """`broken` is ±1 exactly where |v| exceeds 0.9 rad/s, and never for the optimiser."""
+    """`violated` is ±1 exactly where |v| exceeds 0.9 rad/s, and never for the optimiser."""
     batch = Batch(tuple(steps["pinv"]))
     over = np.sign(batch.v) * (np.abs(batch.v) > 0.9 + 1e-9)
     assert over.any()
-    np.testing.assert_array_equal(batch.broken[:, : batch.layout.n], over)
-    assert not Batch(tuple(steps["active-set"])).broken.any()
+    np.testing.assert_array_equal(batch.violated[:, : batch.layout.n], over)
+    assert not Batch(tuple(steps["active-set"])).violated.any()

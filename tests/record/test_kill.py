@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from taskopt.record.reading import newest_log, read_manifest, read_table
-from taskopt.record.viewer.plots import of
+from taskopt.record.viewer.paths import data_path
 from tests.helpers.rrd import rows_of
 
 PROGRAM = """
@@ -18,7 +18,8 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {root!r})
 from dataclasses import replace
-from taskopt.record import RunInfo, open_log
+from taskopt.record import RunInfo
+from taskopt.record.log import open_log
 from taskopt.resolver.registry import resolver
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
@@ -59,7 +60,7 @@ def test_a_killed_run_loses_at_most_a_second(tmp_path, pause):
     ticks = read_table(log).column("tick").to_pylist()
     assert ticks == list(range(len(ticks)))
     assert len(ticks) > due
-    recorded = rows_of(log / "run.rrd", of("active-set", "q"))["tick"]
+    recorded = rows_of(log / "run.rrd", data_path("active-set", "q"))["tick"]
     assert recorded == list(range(len(recorded)))
     assert len(recorded) > due
     assert read_manifest(log)["status"] == "running"

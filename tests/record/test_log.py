@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from taskopt.errors import InvalidValue
-from taskopt.record import open_log, record
-from taskopt.record.log import new_folder
+from taskopt.record import record
+from taskopt.record.log import new_folder, open_log
 from taskopt.record.reading import read_manifest
 
 

@@ -5,7 +5,7 @@ import time
 import pytest
 
 import taskopt.record.recorder as recorder
-from taskopt.record.recorder import Gatherer, record
+from taskopt.record.recorder import BufferedRecorder, record
 
 
 class Basket:
@@ -37,7 +37,7 @@ class Bad(Basket):
 def test_every_step_arrives_once_and_in_order(info, steps):
     """The batches of a resolver, put together, are its steps."""
     basket = Basket()
-    with Gatherer(info, [basket]) as log:
+    with BufferedRecorder(info, [basket]) as log:
         for ticks in zip(*steps.values(), strict=True):
             for step in ticks:
                 log.write(step)
@@ -51,7 +51,7 @@ def test_a_full_memory_is_handed_over_without_waiting(info, steps, monkeypatch):
     """No more than the capacity is ever kept."""
     monkeypatch.setattr(recorder, "_CAPACITY", 20)
     basket = Basket()
-    with Gatherer(info, [basket]) as log:
+    with BufferedRecorder(info, [basket]) as log:
         for step in steps["pinv"]:
             log.write(step)
     assert max(len(batch.steps) for batch in basket.batches) <= 20
@@ -62,7 +62,7 @@ def test_a_long_tick_does_not_keep_what_came_before_it(info, steps, monkeypatch)
     """While nothing is written, the watchdog hands over what waits, well within a second."""
     monkeypatch.setattr(recorder, "PERIOD", 60.0)
     basket = Basket()
-    with Gatherer(info, [basket]) as log:
+    with BufferedRecorder(info, [basket]) as log:
         log.write(steps["pinv"][0])
         begin = time.monotonic()
         while not basket.at and time.monotonic() - begin < 3.0:
@@ -80,7 +80,7 @@ def test_a_run_that_fails_is_closed_as_interrupted(info, steps):
         raise RuntimeError("a solver crashed")
 
     with pytest.raises(RuntimeError, match="a solver crashed"):
-        list(record(failing(), Gatherer(info, [basket])))
+        list(record(failing(), BufferedRecorder(info, [basket])))
     assert basket.events == ["open", "interrupted"]
     assert sum(len(batch.steps) for batch in basket.batches) == 3
 
@@ -88,7 +88,7 @@ def test_a_run_that_fails_is_closed_as_interrupted(info, steps):
 def test_a_consumer_that_leaves_early_closes_the_log(info, steps):
     """Closing the generator closes the recorders, as interrupted."""
     basket = Basket()
-    passed = record(steps["pinv"], Gatherer(info, [basket]))
+    passed = record(steps["pinv"], BufferedRecorder(info, [basket]))
     next(passed)
     passed.close()
     assert basket.events == ["open", "interrupted"]
@@ -97,7 +97,7 @@ def test_a_consumer_that_leaves_early_closes_the_log(info, steps):
 def test_a_sink_that_cannot_open_closes_those_before_it(info):
     """No sink is left open, and the error is the sink's own."""
     basket = Basket()
-    with pytest.raises(OSError, match="no space left"), Gatherer(info, [basket, Bad()]):
+    with pytest.raises(OSError, match="no space left"), BufferedRecorder(info, [basket, Bad()]):
         pass
     assert basket.events == ["open", "interrupted"]
 
@@ -115,4 +115,4 @@ def test_a_failure_of_the_watchdog_is_raised_by_the_next_write(info, steps, monk
         yield steps["pinv"][1]
 
     with pytest.raises(OSError, match="disk full"):
-        list(record(slow(), Gatherer(info, [basket])))
+        list(record(slow(), BufferedRecorder(info, [basket])))

@@ -1,4 +1,4 @@
-"""How smoothly a run goes: jumps by transition, and chatter, both in the summary and on the card."""
+"""How smoothly a run goes: jumps by transition, and alternation, in the report and on the panel."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
 from taskopt.record.batch import Batch
 from taskopt.record.summary import Continuity
-from taskopt.record.viewer.summary_panel import Card
+from taskopt.record.viewer.summary_panel import SummaryPanel
 from taskopt.report import show, terminal
 from taskopt.resolver.active_set.resolver import ActiveSet
 
@@ -57,7 +57,7 @@ def test_a_run_without_transitions_that_is_smooth_has_nothing_to_tell():
     assert watch.jump < 1e-3
 
 
-def test_chatter_is_in_the_summary_and_on_the_card(monkeypatch):
+def test_alternation_is_in_the_report_and_on_the_panel(monkeypatch):
     """A target out of reach: three limits by name, with the cause and what to do, and how many more."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
     far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=20.0, axes="xy")
@@ -65,15 +65,15 @@ def test_chatter_is_in_the_summary_and_on_the_card(monkeypatch):
     of = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.6, dt=DT, name="far")
     comparison = Comparison(of, [ActiveSet()])
     steps = list(comparison)
-    gauge = comparison.tallies["active-set"].gauge
-    card = Card(gauge.info, gauge)
-    card.take(Batch(tuple(steps)))
+    gauge = comparison.summaries["active-set"].gauge
+    panel = SummaryPanel(gauge.info, gauge)
+    panel.take(Batch(tuple(steps)))
     monkeypatch.setenv("COLUMNS", "300")
     console = terminal()
     with console.capture() as capture:
-        show(comparison.tallies.values(), console, "active-set")
-    for text in (capture.get(), card.text("finished")):
-        assert text.count("chatters: joint_velocity/joint") == 3
+        show(comparison.summaries.values(), console, "active-set")
+    for text in (capture.get(), panel.text("finished")):
+        assert text.count("alternates: joint_velocity/joint") == 3
         assert "rank: a level is near a loss of rank" in text
         assert "more limit" in text
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from taskopt.errors import BadLog, MissingFile
 from taskopt.record.reading import newest_log, read_manifest, read_table
-from taskopt.record.recorder import Gatherer
+from taskopt.record.recorder import BufferedRecorder
 from taskopt.record.table import TableSink
 
 
@@ -18,12 +18,12 @@ from taskopt.record.table import TableSink
 def table_file(tmp_path_factory, info, steps):
     """A table of several batches."""
     file = tmp_path_factory.mktemp("table") / "steps.arrows"
-    log = Gatherer(info, [TableSink(file)])
+    log = BufferedRecorder(info, [TableSink(file)])
     with log:
         for i, step in enumerate(steps["active-set"]):
             log.write(step)
             if i % 40 == 39:
-                log._flush()
+                log.flush()
     return file
 
 
@@ -40,7 +40,7 @@ def test_the_table_is_the_run(folder, steps):
         assert row["error/tip position"] == step.errors["tip position"].tolist()
         assert row["claimed"] == step.resolution.claimed
         assert row["certified"] == step.resolution.certified()
-        assert row["free"] == step.nothing_binds
+        assert row["nothing_binds"] == step.nothing_binds
         assert row["status"] == step.resolution.status.name
         assert row["accurate"] == step.resolution.accurate
         assert row["causes"] == [str(cause) for cause in step.resolution.review.causes]

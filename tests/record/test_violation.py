@@ -8,7 +8,7 @@ import pytest
 from taskopt.kinematics.limit import JointVelocityLimit
 from taskopt.kinematics.stack import Stack
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 from taskopt.record.violation import LimitGauge
 
 
@@ -26,7 +26,7 @@ def test_no_velocity_limit_is_no_plot_and_no_violation(info, steps):
     """Without a declared limit nothing is exceeded, and no joint is normalised."""
     free = replace(info.scenario, stack=Stack(info.scenario.stack.levels))
     gauge = LimitGauge(RunInfo(free, info.resolvers))
-    assert not gauge.fast.any()
+    assert not gauge.bounded.any()
     assert not gauge.keeps_positions
     assert gauge.velocity_violation(Batch(tuple(steps["pinv"]))).max() == 0.0
 

@@ -3,7 +3,6 @@
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -12,6 +11,7 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, NotInstalled
+from taskopt.hierarchy.layout import numbered
 from taskopt.kinematics.collision.coal import core, exact, obstacle_object, solid
 from taskopt.kinematics.collision.pairs import Pair, shape_names, shapes_of
 from taskopt.kinematics.collision.shapes import Shape
@@ -52,7 +52,7 @@ class Collision:
         """Every shape that moves (or those of some links) against every obstacle, "panda_link5 – sphere"."""
         obstacles = tuple(obstacles)
         chosen, shapes = shapes_of(robot, links), solid(robot.geometry)
-        known, called = shape_names(robot), _numbered([obstacle.name for obstacle in obstacles])
+        known, called = shape_names(robot), numbered(obstacle.name for obstacle in obstacles)
         pairs, names = [], []
         for obstacle, name in zip(obstacles, called, strict=True):
             place = shapes.addGeometryObject(obstacle_object(obstacle, f"obstacle: {name}"))
@@ -124,14 +124,4 @@ def _moves(robot: Robot, joint: int) -> Array:
     for i in robot.model.supports[joint]:
         if i > 0:
             out[robot.model.joints[i].idx_v : robot.model.joints[i].idx_v + robot.model.joints[i].nv] = 1.0
-    return out
-
-
-def _numbered(names: Sequence[str]) -> list[str]:
-    """Names with numbers where several are the same: sphere 1, sphere 2."""
-    count, seen = Counter(names), Counter()
-    out = []
-    for name in names:
-        seen[name] += 1
-        out.append(name if count[name] == 1 else f"{name} {seen[name]}")
     return out

@@ -1,180 +1,146 @@
-"""Which limits bind, as lanes over time; and the moments worth reading about."""
-
-from typing import Any
+"""The active-set timeline: one row for each limit that is ever active, coloured by its side."""
 
 import numpy as np
+import rerun as rr
 
+from taskopt.arrays import IntArray
 from taskopt.record.batch import Batch, Mask
-from taskopt.record.recorder import RunInfo
+from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.drawable_text import drawable
-from taskopt.record.viewer.palette import BROKEN, FREE, LOWER, UPPER, colours, plain
-from taskopt.record.viewer.plots import limit_rows, of, pair_rows
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.viewer.events import Event, Watcher, send_events
+from taskopt.record.viewer.palette import FREE, LOWER, UPPER, VIOLATED, colours
+from taskopt.record.viewer.paths import data_path, plain_part
+from taskopt.record.viewer.rows import limit_rows, pair_rows
+from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
-EVENTS = "/run/events"
-_MOST = 12  # events of one resolver in one batch; the rest are counted
-_OVER = 1000  # added to the code of a bound that is not met but left behind
-_CAUSES = {  # limits have lanes of their own
-    "rank": "a rank that may go either way keeps it apart from its closed form",
-    "damping": "damping keeps it apart from its closed form",
-    "accuracy": "its accuracy is less than was asked for",
-}
-_ANY, _ANY_WORDS = "any_limit", ("none binds", "binds")
-_PAIR = {"lower": "held off", "over lower": "too fast"}  # what the row of a distance says
-_OUTSIDE = 1e-9  # [rad], [m] beyond which a limit counts as broken
+_VIOLATED = 1000  # added to the magnitude of the code of a bound that is violated instead of active
+_ANY, _ANY_WORDS = "any_limit", ("none active", "active")
+_PAIR_LABELS = {"lower": "held off", "over lower": "too fast"}  # of the hard rows of a distance limit
 
 
-class Lanes:
-    """A lane for each limit or inequality that ever binds, and the log of what happened."""
+class ActiveTimeline:
+    """Draw a row for each limit or inequality that is ever active, and log what happens."""
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
-        self._info, self._gauge = info, gauge
+        """Begin a run, of whose hierarchy n + M bounds and rows are watched.
+
+        Args:
+            info: The facts about the run.
+            gauge: The limits of the run.
+        """
         self._rows = np.flatnonzero(limit_rows(info))
         self._pairs = pair_rows(info)
-        self._code: dict[str, Any] = {}
-        self._opened: set[tuple[str, int]] = set()
-        self._flags: dict[tuple[str, str], bool] = {}
+        self._last: dict[str, IntArray] = {}  # the codes at the last tick, by resolver
+        self._opened: set[tuple[str, int]] = set()  # resolvers and rows that have a row in the timeline
+        self._watcher = Watcher(info, gauge)
 
-    def draw(self, stage: Stage) -> None:
-        """Nothing stands still here: lanes open when their limit first binds."""
+    def draw(self, writer: RecordingWriter) -> None:
+        """Send nothing: a row is opened when its limit is first active.
 
-    def send(self, stage: Stage, batch: Batch) -> None:
-        events = [*self._changes(stage, batch), *self._turns(batch)]
-        self._log(stage, batch, sorted(events))
+        Args:
+            writer: The recording.
+        """
 
-    def _changes(self, stage: Stage, batch: Batch) -> list[tuple[int, str, str]]:
-        active, broken = batch.active_code[:, self._rows], batch.broken_code[:, self._rows]
-        code = np.where((active == 0) & (broken != 0), broken + np.sign(broken) * _OVER, active)
-        before = self._code.get(batch.resolver, np.zeros(code.shape[1], dtype=np.int64))
-        first = batch.resolver not in self._code
-        self._code[batch.resolver] = code[-1]
+    def send(self, writer: RecordingWriter, batch: Batch) -> None:
+        """Send the changes of the active set, and the events.
+
+        Args:
+            writer: The recording.
+            batch: The steps that follow those of the last call for the same resolver.
+        """
+        events = [*self._send_changes(writer, batch), *self._watcher.events(batch)]
+        send_events(writer, batch, events)
+
+    def _send_changes(self, writer: RecordingWriter, batch: Batch) -> list[Event]:
+        """Send the changes of all rows, and return them as events."""
+        code = self._codes(batch)
+        first = batch.resolver not in self._last
+        previous = self._last.get(batch.resolver, np.zeros(code.shape[1], dtype=np.int64))
+        self._last[batch.resolver] = code[-1]
         if code.size:
-            self._any(stage, batch, bool(before.any()), np.asarray(code.any(axis=1)), first)
-        steps = np.vstack([before, code])
+            any_active = np.asarray(code.any(axis=1))
+            self._send_any(writer, batch, None if first else bool(previous.any()), any_active)
+        steps = np.vstack([previous, code])
         events = []
-        for lane in np.flatnonzero((steps[1:] != steps[:-1]).any(axis=0) | (first & (before != code[0]))):
-            where = np.flatnonzero(steps[1:, lane] != steps[:-1, lane])
-            row = int(self._rows[lane])
-            self._lane(stage, batch, row, where, steps[1:, lane])
-            for k in where:
-                old, new = int(steps[k, lane]), int(steps[k + 1, lane])
-                events.append((int(k), *_event(batch, row, old, new)))
+        for column in np.flatnonzero((steps[1:] != steps[:-1]).any(axis=0)):
+            changed = np.flatnonzero(steps[1:, column] != steps[:-1, column])
+            row = int(self._rows[column])
+            self._send_row(writer, batch, row, changed, steps[1:, column])
+            events += [_event(batch, row, k, steps[k : k + 2, column]) for k in changed.tolist()]
         return events
 
-    def _any(self, stage: Stage, batch: Batch, before: bool, binds: Mask, first: bool) -> None:
-        """One lane for all of them, so that there is one where nothing ever binds."""
-        import rerun as rr
+    def _codes(self, batch: Batch) -> IntArray:
+        """Return the codes of the watched rows, (k, rows): active, else violated ones with an offset."""
+        active, violated = batch.active_code[:, self._rows], batch.violated_code[:, self._rows]
+        return np.where((active == 0) & (violated != 0), violated + np.sign(violated) * _VIOLATED, active)
 
-        path = of(batch.resolver, "active", _ANY)
-        turns = np.flatnonzero(binds != np.concatenate([[not binds[0] if first else before], binds[:-1]]))
-        if first:
+    def _send_any(self, writer: RecordingWriter, batch: Batch, previous: bool | None, active: Mask) -> None:
+        """Send one row for all limits together, so that the timeline is never empty."""
+        path = data_path(batch.resolver, "active", _ANY)
+        before = not active[0] if previous is None else previous
+        changed = np.flatnonzero(active != np.concatenate([[before], active[:-1]]))
+        if previous is None:
             look = rr.StateConfiguration(values=[*_ANY_WORDS], colors=colours(FREE, UPPER))
-            stage.static(path, look)
-        if len(turns):
-            words = [_ANY_WORDS[int(binds[k])] for k in turns]
+            writer.log_static(path, look)
+        if len(changed):
+            words = [_ANY_WORDS[int(active[k])] for k in changed]
             states = rr.StateChange.columns(state=words)
-            stage.columns(path, batch.index[turns], batch.time[turns], states)
+            writer.send_columns(path, batch.index[changed], batch.time[changed], states)
 
-    def _lane(self, stage: Stage, batch: Batch, row: int, where: Any, code: Any) -> None:
-        import rerun as rr
-
+    def _send_row(
+        self, writer: RecordingWriter, batch: Batch, row: int, changed: IntArray, code: IntArray
+    ) -> None:
+        """Send the changes of one row, after opening it with "free" from the start of the run."""
         path = self._path(batch, row)
         if (batch.resolver, row) not in self._opened:
             self._opened.add((batch.resolver, row))
-            stage.static(path, self._look(batch, row))
-            if where[0] > 0 or batch.index[0] > 0:
+            writer.log_static(path, self._look(batch, row))
+            if changed[0] > 0 or batch.index[0] > 0:
                 start = np.zeros(1, dtype=np.int64)
-                stage.columns(
-                    path, start, start.astype("timedelta64[ns]"), rr.StateChange.columns(state=["free"])
-                )
-        words = [_words(batch, row, int(c)) for c in code[where]]
-        stage.columns(path, batch.index[where], batch.time[where], rr.StateChange.columns(state=words))
+                free = rr.StateChange.columns(state=["free"])
+                writer.send_columns(path, start, start.astype("timedelta64[ns]"), free)
+        words = [_words(batch, row, int(value)) for value in code[changed]]
+        states = rr.StateChange.columns(state=words)
+        writer.send_columns(path, batch.index[changed], batch.time[changed], states)
 
     def _path(self, batch: Batch, row: int) -> str:
-        """Its title in the viewer too, so without signs that would have to be escaped."""
+        """Return the entity path of a row, which is its title in the viewer as well, so without escapes."""
         parts = (batch.row_names[row],) if row < batch.layout.n else batch.row_names[row].split("/", 1)
-        return of(batch.resolver, "active", *(plain(name) for name in parts))
+        return data_path(batch.resolver, "active", *map(plain_part, parts))
 
-    def _look(self, batch: Batch, row: int) -> Any:
-        import rerun as rr
-
+    def _look(self, batch: Batch, row: int) -> rr.StateConfiguration:
+        """Return the colours and labels of the states that a row can have."""
         sides = {"upper": UPPER, "lower": UPPER if row in self._pairs else LOWER}
         owners = batch.layout.owners if row < batch.layout.n else ("",)
-        words = [(f"{owner} {side}".strip(), sides[side]) for owner in owners for side in sides]
-        words += [(f"over {word}", BROKEN) for word, _ in words]
-        words.append(("free", FREE))
-        names = [word for word, _ in words]
-        labels = [_PAIR.get(name, name) if row in self._pairs else _label(name) for name in names]
+        states = {f"{owner} {side}".strip(): colour for owner in owners for side, colour in sides.items()}
+        states |= {f"over {state}": VIOLATED for state in states}
+        states["free"] = FREE
+        labels = [_PAIR_LABELS.get(state, state) if row in self._pairs else _label(state) for state in states]
         return rr.StateConfiguration(
-            values=names, labels=[*map(drawable, labels)], colors=colours(*(c for _, c in words))
+            values=[*states], labels=[*map(drawable, labels)], colors=colours(*states.values())
         )
-
-    def _turns(self, batch: Batch) -> list[tuple[int, str, str]]:
-        """Ticks at which a run leaves its limits or its proof, and at which it returns."""
-        position, velocity = self._gauge.position_violation(batch), self._gauge.velocity_violation(batch)
-        watched = {
-            **self._nearness(batch),
-            "a joint is outside its position limits": ("WARN", position > _OUTSIDE),
-            "a joint is over its velocity limit": ("WARN", velocity > _OUTSIDE),
-        }
-        if batch.claimed.any():
-            unproven = batch.claimed & ~batch.certified
-            watched["the resolver claims an optimum that is not proven"] = ("ERROR", unproven)
-        for kind, what in _CAUSES.items():
-            watched[what] = ("INFO", np.array([any(c.kind == kind for c in tick) for tick in batch.causes]))
-        events = []
-        for what, (level, flag) in watched.items():
-            before = self._flags.get((batch.resolver, what), False)
-            self._flags[batch.resolver, what] = bool(flag[-1])
-            turns = np.flatnonzero(flag != np.concatenate([[before], flag[:-1]]))
-            events += [
-                (int(k), level if flag[k] else "DEBUG", what if flag[k] else f"over: {what}") for k in turns
-            ]
-        return events
-
-    def _nearness(self, batch: Batch) -> dict[str, tuple[str, Mask]]:
-        return {
-            f"nearer than the margin of {name}": (
-                "WARN",
-                batch.distance(name).min(axis=1) < limit.margin - _OUTSIDE,
-            )
-            for name, limit in self._info.plan.distance_limits.items()
-        }
-
-    def _log(self, stage: Stage, batch: Batch, events: list[tuple[int, str, str]]) -> None:
-        import rerun as rr
-
-        if not events:
-            return
-        kept = events[:_MOST]
-        texts = [f"{batch.resolver}: {what}" for _, _, what in kept]
-        if len(events) > _MOST:
-            texts[-1] += f" (and {len(events) - _MOST} more changes by {batch.t[-1]:.3f} s)"
-        at = np.array([k for k, _, _ in kept])
-        logged = rr.TextLog.columns(
-            text=[drawable(text) for text in texts], level=[level for _, level, _ in kept]
-        )
-        stage.columns(EVENTS, batch.index[at], batch.time[at], logged)
 
 
 def _words(batch: Batch, row: int, code: int) -> str:
-    if abs(code) > _OVER:
-        return "over " + batch.code_words(row, code - int(np.sign(code)) * _OVER)
+    """Describe a code of the timeline, with "over" before a bound that is violated."""
+    if abs(code) > _VIOLATED:
+        return "over " + batch.code_words(row, code - int(np.sign(code)) * _VIOLATED)
     return batch.code_words(row, code)
 
 
-def _event(batch: Batch, row: int, old: int, new: int) -> tuple[str, str]:
-    """Level and words of a change."""
-    left = abs(new or old) > _OVER
-    code = (new or old) - (int(np.sign(new or old)) * _OVER if left else 0)
-    name = batch.active_name(row, code)
+def _event(batch: Batch, row: int, position: int, codes: IntArray) -> Event:
+    """Describe the change of one row between two ticks, from codes[0] to codes[1]."""
+    old, new = codes.tolist()
+    told = new or old
+    violated = abs(told) > _VIOLATED
+    name = batch.active_name(row, told - int(np.sign(told)) * _VIOLATED if violated else told)
     if new == 0:
-        return "DEBUG", f"{name} is kept again" if left else f"{name} is free again"
-    return ("WARN", f"{name} is broken") if left else ("INFO", f"{name} binds")
+        return Event(position, "DEBUG", f"{name} is kept again" if violated else f"{name} is free again")
+    return Event(position, *(("WARN", f"{name} is violated") if violated else ("INFO", f"{name} is active")))
 
 
-def _label(word: str) -> str:
-    """Short enough for a narrow lane: 'joint_velocity upper' is 'velocity +'."""
-    plain = word.replace("joint_", "").replace("_", " ")
-    return plain.removesuffix(" upper") + " +" if plain.endswith(" upper") else plain.replace(" lower", " −")
+def _label(state: str) -> str:
+    """Shorten a state for the timeline: "joint_velocity upper" becomes "velocity +"."""
+    words = state.replace("joint_", "").replace("_", " ")
+    return words.removesuffix(" upper") + " +" if words.endswith(" upper") else words.replace(" lower", " −")

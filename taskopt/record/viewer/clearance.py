@@ -1,149 +1,154 @@
-"""How near the robot is to what it must not touch: lines between witness points, and distances over time."""
+"""Distances to obstacles and between links: lines between nearest points, and plots over time."""
 
 import numpy as np
+import rerun as rr
 
 from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch, Mask
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.arrangement import Place
-from taskopt.record.viewer.drawable_text import drawable
-from taskopt.record.viewer.obstacles import declared_obstacles, draw_obstacles
+from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.palette import (
-    BROKEN,
-    HELD_LABEL,
+    ACTIVE_LABEL,
     LIMIT_LINE,
     NEAR,
     UPPER,
+    VIOLATED,
+    Colours,
     colours,
-    joint_colours,
-    part,
+    line_colours,
     resolver_colour,
-    slug,
 )
-from taskopt.record.viewer.plots import of
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.viewer.paths import least_distance_path, margin_path, pair_path, world_path
+from taskopt.record.viewer.plots import draw_lines
+from taskopt.record.viewer.writer import RecordingWriter
 
-PLOT = 0.01  # [s] between two points of a plot
-DETAIL = 0.04  # [s] between two drawings of the witness points
-_BELOW = 1e-9  # [m] below a margin that counts
-_SHOWN = 3  # pairs of each limit that are drawn at a time, the nearest ones
+_PLOT_PERIOD = 0.01  # [s] between two points of a plot
+_DETAIL_PERIOD = 0.04  # [s] between two drawings of the nearest points
+_BELOW = 1e-9  # [m]
+_SHOWN = 3  # largest number of pairs of each limit that are drawn at a time
+_LEAST_WIDTH = 3.0  # of the line of the least distance [points]
 
 
 class Clearance:
-    """Obstacles, witness points at 25 Hz, and a plot for each limit that keeps distances.
+    """Draw the nearest points at 25 Hz, and a plot at 100 Hz for each distance limit.
 
-    A pair has a line in the plot from when it is first one of the nearest, within the influence of its
-    limit: of fifty pairs five may ever matter.
+    A pair of bodies has a line in the plot from the tick on at which it is first one of the nearest and
+    within the influence of its limit, because of fifty pairs perhaps five ever matter.
     """
 
-    def __init__(self, info: RunInfo, place: Place) -> None:
-        self._info, self._place, self._dt = info, place, info.scenario.dt
+    def __init__(self, info: RunInfo) -> None:
+        """Find the distance limits.
+
+        Args:
+            info: The facts about the run.
+        """
+        self._resolvers, self._dt = info.resolvers, info.scenario.dt
         self._limits = info.plan.distance_limits
         self._rows = {block.name: block.rows for block in info.plan.layout.blocks if block.level == 0}
-        self._opened: dict[str, set[int]] = {}
+        self._opened: dict[str, set[int]] = {}  # pairs with a line, by the path of the least distance
 
-    def draw(self, stage: Stage) -> None:
-        import rerun as rr
+    def draw(self, writer: RecordingWriter) -> None:
+        """Send names and colours of the plots, and the width of the lines in the scene.
 
-        obstacles = declared_obstacles(self._info)
-        for index, name in enumerate(self._info.resolvers):
-            draw_obstacles(stage, f"/world/{slug(name)}/obstacle", obstacles, self._place)
-            for limit in self._limits:
-                _line(stage, least_line(name, limit), f"{name}: least", resolver_colour(index), 3.0)
-                look = rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(2.5))
-                stage.static(_segments(name, limit), look)
-                dots = rr.Points3D.from_fields(radii=rr.Radius.ui_points(4.0))
-                stage.static(f"{_segments(name, limit)}/witness", dots)
-                label = rr.Points3D.from_fields(radii=rr.Radius.ui_points(0.1), show_labels=True)
-                stage.static(f"{_segments(name, limit)}/least", label)
+        Args:
+            writer: The recording.
+        """
+        points = rr.Radius.ui_points
         for limit in self._limits:
-            _line(stage, margin_line(limit), "margin", LIMIT_LINE)
+            draw_lines(writer, margin_path(limit), ["margin"], colours(LIMIT_LINE))
+            for index, name in enumerate(self._resolvers):
+                paint = colours(resolver_colour(index))
+                draw_lines(writer, least_distance_path(name, limit), [f"{name}: least"], paint, _LEAST_WIDTH)
+                path = world_path(name, "distance", limit)
+                writer.log_static(path, rr.LineStrips3D.from_fields(radii=points(2.5)))
+                writer.log_static(f"{path}/witness", rr.Points3D.from_fields(radii=points(4.0)))
+                label = rr.Points3D.from_fields(radii=points(0.1), show_labels=True)
+                writer.log_static(f"{path}/least", label)
 
-    def send(self, stage: Stage, batch: Batch) -> None:
-        plotted, drawn = batch.every(PLOT, self._dt), batch.every(DETAIL, self._dt)
+    def send(self, writer: RecordingWriter, batch: Batch) -> None:
+        """Send distances and nearest points.
+
+        Args:
+            writer: The recording.
+            batch: The steps that follow those of the last call for the same resolver.
+        """
+        plotted = batch.ticks_every(_PLOT_PERIOD, self._dt)
+        drawn = batch.ticks_every(_DETAIL_PERIOD, self._dt)
         for limit in self._limits:
-            distance = batch.distance(limit)
             if len(plotted):
-                self._plots(stage, batch, limit, distance[plotted], plotted)
+                self._send_least(writer, batch, limit, plotted)
+                self._send_pairs(writer, batch, limit, plotted)
             if len(drawn):
-                self._witness(stage, batch, limit, distance[drawn], drawn)
+                self._send_nearest_points(writer, batch, limit, drawn)
 
-    def _plots(self, stage: Stage, batch: Batch, limit: str, distance: Array, pick: IntArray) -> None:
-        import rerun as rr
+    def _send_least(self, writer: RecordingWriter, batch: Batch, limit: str, ticks: IntArray) -> None:
+        """Send the least distance of a limit, and its margin."""
+        index, time = batch.index[ticks], batch.time[ticks]
+        least = rr.Scalars.columns(scalars=batch.distance(limit)[ticks].min(axis=1))
+        writer.send_columns(least_distance_path(batch.resolver, limit), index, time, least)
+        ends = np.unique([0, len(ticks) - 1])
+        margin = rr.Scalars.columns(scalars=np.full(len(ends), self._limits[limit].margin))
+        writer.send_columns(margin_path(limit), index[ends], time[ends], margin)
 
-        bound, index, time = self._limits[limit], batch.index[pick], batch.time[pick]
-        least = rr.Scalars.columns(scalars=distance.min(axis=1))
-        stage.columns(least_line(batch.resolver, limit), index, time, least)
-        ends = np.unique([0, len(pick) - 1])
-        level = rr.Scalars.columns(scalars=np.full(len(ends), bound.margin))
-        stage.columns(margin_line(limit), index[ends], time[ends], level)
-        near = nearest(distance, bound.influence)
-        opened = self._opened.setdefault(least_line(batch.resolver, limit), set())
+    def _send_pairs(self, writer: RecordingWriter, batch: Batch, limit: str, ticks: IntArray) -> None:
+        """Send the distances of the pairs that have a line, and open lines for pairs that come near."""
+        bound, index, time = self._limits[limit], batch.index[ticks], batch.time[ticks]
+        distance = batch.distance(limit)[ticks]
+        near = nearest_pairs(distance, bound.influence)
+        opened = self._opened.setdefault(least_distance_path(batch.resolver, limit), set())
         begins = dict.fromkeys(opened, 0) | {
             int(pair): int(near[:, pair].argmax())
             for pair in np.flatnonzero(near.any(axis=0))
             if pair not in opened
         }
         for pair, begin in sorted(begins.items(), key=lambda known: known[::-1]):
-            path = pair_line(batch.resolver, limit, bound.row_names[pair])
+            path = pair_path(batch.resolver, limit, bound.row_names[pair])
             if pair not in opened:
-                _line(stage, path, bound.row_names[pair], int(joint_colours(len(opened) + 1)[-1]))
+                draw_lines(writer, path, [bound.row_names[pair]], line_colours(len(opened) + 1)[-1:])
                 opened.add(pair)
             values = rr.Scalars.columns(scalars=distance[begin:, pair])
-            stage.columns(path, index[begin:], time[begin:], values)
+            writer.send_columns(path, index[begin:], time[begin:], values)
 
-    def _witness(self, stage: Stage, batch: Batch, limit: str, distance: Array, pick: IntArray) -> None:
-        """Lines between the witness points of the nearest pairs, and the least distance as a number."""
-        import rerun as rr
-
-        bound, path = self._limits[limit], _segments(batch.resolver, limit)
-        index, time, points = batch.index[pick], batch.time[pick], batch.witness(limit)[pick]
-        held = batch.state[:, batch.layout.n :][pick, self._rows[limit]] != 0
-        paint = np.where(distance < bound.margin - _BELOW, BROKEN, np.where(held, UPPER, NEAR))
-        paint = paint.astype(np.uint32)
-        shown = nearest(distance, bound.influence)
+    def _send_nearest_points(
+        self, writer: RecordingWriter, batch: Batch, limit: str, ticks: IntArray
+    ) -> None:
+        """Send lines between the nearest points of the nearest pairs, and the least distance as a number."""
+        index, time = batch.index[ticks], batch.time[ticks]
+        path, points = world_path(batch.resolver, "distance", limit), batch.witness(limit)[ticks]
+        distance, paint = batch.distance(limit)[ticks], self._paint(batch, limit, ticks)
+        shown = nearest_pairs(distance, self._limits[limit].influence)
         count = shown.sum(axis=1)
         lines = rr.LineStrips3D.columns(strips=points[shown].astype(np.float32), colors=paint[shown])
-        stage.columns(path, index, time, lines.partition(count))
-        dots = rr.Points3D.columns(positions=points[shown].reshape(-1, 3), colors=np.repeat(paint[shown], 2))
-        stage.columns(f"{path}/witness", index, time, dots.partition(2 * count))
+        writer.send_columns(path, index, time, lines.partition(count))
+        ends = points[shown].reshape(-1, 3)
+        dots = rr.Points3D.columns(positions=ends, colors=np.repeat(paint[shown], 2))
+        writer.send_columns(f"{path}/witness", index, time, dots.partition(2 * count))
         some = np.flatnonzero(count)
         least = distance[some].argmin(axis=1)
+        near = paint[some, least]
         label = rr.Points3D.columns(
             positions=points[some, least].mean(axis=1),
-            colors=np.where(paint[some, least] == UPPER, HELD_LABEL, paint[some, least]).astype(np.uint32),
+            colors=np.where(near == UPPER, ACTIVE_LABEL, near).astype(np.uint32),
             labels=[f"{1e3 * value:.0f} mm" for value in distance[some, least]],
         )
-        stage.columns(f"{path}/least", index, time, label.partition(np.minimum(count, 1)))
+        writer.send_columns(f"{path}/least", index, time, label.partition(np.minimum(count, 1)))
+
+    def _paint(self, batch: Batch, limit: str, ticks: IntArray) -> Colours:
+        """Return the colours of the pairs, (k, P): violated, held off by an active row, or merely near."""
+        active = batch.state[:, batch.layout.n :][ticks, self._rows[limit]] != 0
+        below = batch.distance(limit)[ticks] < self._limits[limit].margin - _BELOW
+        return np.where(below, VIOLATED, np.where(active, UPPER, NEAR)).astype(np.uint32)
 
 
-def margin_line(limit: str) -> str:
-    """Entity path of the margin of a distance limit."""
-    return f"/scale/margin/{part(limit)}"
+def nearest_pairs(distance: Array, influence: float) -> Mask:
+    """Choose the pairs that are drawn: at each tick the three nearest of those within the influence.
 
+    Args:
+        distance: The distances, (k, P) [m].
+        influence: The distance below which the limit acts [m].
 
-def least_line(resolver: str, limit: str) -> str:
-    """Entity path of the least distance of all pairs of a limit."""
-    return of(resolver, "least_distance", limit)
-
-
-def pair_line(resolver: str, limit: str, pair: str = "") -> str:
-    """Entity path of the distance of a pair; of all of them without one."""
-    return of(resolver, "distance", limit, *([pair] if pair else []))
-
-
-def _segments(resolver: str, limit: str) -> str:
-    return f"/world/{slug(resolver)}/distance/{part(limit)}"
-
-
-def _line(stage: Stage, path: str, name: str, colour: int, width: float = 1.5) -> None:
-    import rerun as rr
-
-    stage.static(path, rr.SeriesLines(names=[drawable(name)], colors=colours(colour), widths=[width]))
-
-
-def nearest(distance: Array, influence: float) -> Mask:
-    """(k, P) which pairs to draw at each tick: the nearest few of those within the influence."""
+    Returns:
+        True for each such pair, (k, P).
+    """
     out = np.zeros(distance.shape, dtype=bool)
     first = np.argsort(distance, axis=1, kind="stable")[:, :_SHOWN]
     np.put_along_axis(out, first, True, axis=1)

@@ -1,36 +1,41 @@
-"""Text that the viewer can draw: it stops dead at a character that its font lacks (Rerun 0.41)."""
+"""Text that the viewer can draw: Rerun 0.41 ends at a character that its font lacks."""
 
 import unicodedata
 from string import printable
 
-_SYMBOLS = "–—‘’“”…•†‡−√∞∂∑∏∫≈≠≤≥←↑→↓⁰⁴⁵⁶⁷⁸⁹⁺⁻₀₁₂₃₄₅₆₇₈₉‖\u0307"  # the last: the dot above
-_INSTEAD = {"∇": "grad "}
+_COMBINING_DOT = "\u0307"  # above a letter, as in q̇
+_SYMBOLS = "–—‘’“”…•†‡−√∞∂∑∏∫≈≠≤≥←↑→↓⁰⁴⁵⁶⁷⁸⁹⁺⁻₀₁₂₃₄₅₆₇₈₉‖" + _COMBINING_DOT
+_REPLACEMENTS = {"∇": "grad "}
 
 
 def drawable(text: str) -> str:
-    """The text with every character that the viewer's font may lack put in plainer letters, or as "?"."""
-    return "".join(character if _safe(character) else _plain(character) for character in text)
+    """Replace every character that the viewer's font may lack.
+
+    Args:
+        text: Any text.
+
+    Returns:
+        The text with such characters in plainer letters, or as "?" where there are none.
+    """
+    return "".join(character if _is_drawable(character) else _plainer(character) for character in text)
 
 
-def _safe(character: str) -> bool:
-    """ASCII, Latin, Greek and the symbols that stand in the font."""
+def _is_drawable(character: str) -> bool:
+    """Return True for ASCII, Latin and Greek letters and the symbols that the font has."""
     return (
         character in printable
         or character in _SYMBOLS
         or "\u00a0" <= character <= "\u017f"
-        or _greek(character)
+        or "\u0391" <= character <= "\u03a9"
+        or "\u03b1" <= character <= "\u03c9"
     )
 
 
-def _greek(character: str) -> bool:
-    return "\u0391" <= character <= "\u03a9" or "\u03b1" <= character <= "\u03c9"
-
-
-def _plain(character: str) -> str:
-    """The nearest of what is safe: ᵀ becomes T, a combining dot vanishes."""
-    if character in _INSTEAD:
-        return _INSTEAD[character]
+def _plainer(character: str) -> str:
+    """Return the nearest drawable text: ᵀ becomes T, an accent of its own vanishes."""
+    if character in _REPLACEMENTS:
+        return _REPLACEMENTS[character]
     if unicodedata.combining(character):
         return ""
     letters = unicodedata.normalize("NFKD", character)
-    return "".join(letter for letter in letters if _safe(letter)) or "?"
+    return "".join(letter for letter in letters if _is_drawable(letter)) or "?"

@@ -1,33 +1,72 @@
-"""The obstacles of a stack in the scene: those that limits keep away from, and those that objectives do."""
+"""The obstacles of a stack in the scene, under the names that rows, plots and events use."""
 
-from collections.abc import Iterator
-from itertools import chain, product
-from typing import Any
+from collections.abc import Mapping
+from itertools import product
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+import rerun as rr
 
 from taskopt.arrays import Array
+from taskopt.hierarchy.layout import numbered
 from taskopt.kinematics.collision.coal import obstacle_object
 from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.arrangement import Place
-from taskopt.record.viewer.palette import OBSTACLE, part
-from taskopt.record.viewer.plots import objective_terms
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.palette import OBSTACLE
+from taskopt.record.viewer.paths import escaped_part
 from taskopt.record.viewer.robot3d import archetype
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.viewer.rows import objective_terms
+from taskopt.record.viewer.writer import RecordingWriter
 
-_THICKNESS = 0.002  # of a half-space, as a share of the scene
-
-
-def declared_obstacles(info: RunInfo) -> tuple[Shape, ...]:
-    """The obstacles of the stack's limits and objectives, each once."""
-    limits = (getattr(limit, "obstacles", ()) for limit in info.scenario.stack.limits)
-    objectives = (getattr(term.objective, "obstacles", ()) for term in objective_terms(info))
-    return tuple(dict.fromkeys(chain(*limits, *objectives)))
+_THICKNESS = 0.002  # of the sheet that stands for a half-space, as a share of the size of the scene
+_EXTENT = 0.75  # half of its width, as a share of the size of the scene
 
 
-def corners(shape: Shape) -> Array:
-    """(2, 3) of a box around an obstacle [m]; (0, 3) for a half-space, which has no end."""
+@runtime_checkable
+class WithObstacles(Protocol):
+    """A limit or objective that measures distances to obstacles.
+
+    Attributes:
+        obstacles: The obstacles, in the order in which the rows name them.
+    """
+
+    obstacles: tuple[Shape, ...]
+
+
+def declared_obstacles(info: RunInfo) -> dict[str, Shape]:
+    """Collect the obstacles of all limits and objectives of a stack, each once.
+
+    The name of an obstacle is the one that the rows of the first limit or objective use which declares it:
+    `numbered` over the obstacles of that limit. Only where two limits give the same name to different
+    obstacles, the scene numbers them further.
+
+    Args:
+        info: The facts about the run.
+
+    Returns:
+        The obstacles, by name.
+    """
+    limits = [limit for limit in info.scenario.stack.limits if isinstance(limit, WithObstacles)]
+    terms = [term.objective for term in objective_terms(info)]
+    objectives = [objective for objective in terms if isinstance(objective, WithObstacles)]
+    name_of: dict[Shape, str] = {}
+    for owner in (*limits, *objectives):
+        names = numbered(shape.name for shape in owner.obstacles)
+        for name, shape in zip(names, owner.obstacles, strict=True):
+            name_of.setdefault(shape, name)
+    return dict(zip(numbered(name_of.values()), name_of, strict=True))
+
+
+def obstacle_corners(shape: Shape) -> Array:
+    """Find the smallest box around an obstacle, with sides parallel to the axes of the world.
+
+    Args:
+        shape: The obstacle.
+
+    Returns:
+        The lower and the upper corner, (2, 3) [m]; (0, 3) for a half-space, which has no end.
+    """
     match shape:
         case Sphere():
             points, radius = np.array([shape.centre]), shape.radius
@@ -42,33 +81,33 @@ def corners(shape: Shape) -> Array:
     return np.array([points.min(axis=0) - radius, points.max(axis=0) + radius])
 
 
-def draw_obstacles(stage: Stage, path: str, obstacles: tuple[Shape, ...], place: Place) -> None:
-    """Log the obstacles below an entity path, where they stand."""
-    import rerun as rr
+def draw_obstacles(
+    writer: RecordingWriter, path: str, obstacles: Mapping[str, Shape], arrangement: Arrangement
+) -> None:
+    """Send the obstacles of one robot.
 
-    for name, shape in _named(obstacles):
+    Args:
+        writer: The recording.
+        path: The entity path that they stand below.
+        obstacles: The obstacles, by name.
+        arrangement: The arrangement of the scene, to which half-spaces are cut.
+    """
+    for name, shape in obstacles.items():
         pose = shape.pose
         if isinstance(shape, HalfSpace):
-            drawn, pose = _slab(pose, place)
+            drawn, pose = _sheet(pose, arrangement)
         else:
             drawn = archetype(obstacle_object(shape), OBSTACLE)
-        placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3])
-        stage.static(f"{path}/{part(name)}", drawn, placed)
+        if drawn is not None:
+            placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3])
+            writer.log_static(f"{path}/{escaped_part(name)}", drawn, placed)
 
 
-def _named(obstacles: tuple[Shape, ...]) -> Iterator[tuple[str, Shape]]:
-    names = [shape.name for shape in obstacles]
-    for i, shape in enumerate(obstacles):
-        yield (shape.name if names.count(shape.name) == 1 else f"{shape.name} {i + 1}"), shape
-
-
-def _slab(pose: Array, place: Place) -> tuple[Any, Array]:
-    """A half-space as a thin sheet just below its surface, in front of the middle of the scene."""
-    import rerun as rr
-
-    normal, out = pose[:3, 2], pose.copy()
-    middle = 0.5 * (place.lower + place.upper)
-    thin = _THICKNESS * place.size
-    out[:3, 3] = middle - normal * (normal @ (middle - pose[:3, 3]) + thin)
-    half = [0.75 * place.size, 0.75 * place.size, thin]
-    return rr.Boxes3D(half_sizes=[half], colors=[OBSTACLE], fill_mode="solid"), out
+def _sheet(pose: Array, arrangement: Arrangement) -> tuple[rr.Boxes3D, Array]:
+    """Return a thin sheet just below the surface of a half-space in the middle of the scene, and its pose."""
+    normal, centre = pose[:3, 2], pose.copy()
+    middle = 0.5 * (arrangement.lower + arrangement.upper)
+    thin = _THICKNESS * arrangement.size
+    centre[:3, 3] = middle - normal * (normal @ (middle - pose[:3, 3]) + thin)
+    half = [_EXTENT * arrangement.size, _EXTENT * arrangement.size, thin]
+    return rr.Boxes3D(half_sizes=[half], colors=[OBSTACLE], fill_mode="solid"), centre

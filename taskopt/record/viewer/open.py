@@ -1,4 +1,4 @@
-"""Opening recordings in the Rerun viewer, and finding it."""
+"""Opening of recordings in the Rerun viewer, and finding a viewer that runs already."""
 
 import os
 import platform
@@ -8,28 +8,23 @@ import time
 from importlib.util import find_spec
 from pathlib import Path
 
-from taskopt.errors import InvalidValue, MissingFile, NotInstalled
-from taskopt.record.reading import LOGS, RECORDING, newest_log
+from taskopt.errors import InvalidValue, NotInstalled
 
-PORT = 9876  # where a Rerun viewer listens if nobody says otherwise
+PORT = 9876  # on which a Rerun viewer listens by default
 _PATIENCE = 10.0  # [s] for a viewer to start listening
-
-
-def recording(path: str | Path = LOGS) -> Path:
-    """The recording that a path means: the file itself, a log's, or the newest below a folder."""
-    place = Path(path)
-    if place.is_file():
-        return place
-    if not place.exists():
-        raise MissingFile(f"no recording or log folder at {place}; make one with: taskopt run SCENARIO")
-    file = newest_log(place) / RECORDING
-    if not file.is_file():
-        raise MissingFile(f"the log {file.parent} has no {RECORDING}: its run ended before the first step")
-    return file
+_REQUIREMENT = "'rerun-sdk>=0.41,<0.42'"
 
 
 def show(file: Path) -> None:
-    """Open a recording in a window; raise `InvalidValue` where there is no display to open it on."""
+    """Open a recording in a window, and return at once.
+
+    Args:
+        file: The recording.
+
+    Raises:
+        InvalidValue: If there is no display to open the window on.
+        NotInstalled: If the viewer is not installed.
+    """
     if not has_display():
         raise InvalidValue(
             f"there is no display to open {file} on; write a picture instead (--picture out.png), or "
@@ -39,9 +34,17 @@ def show(file: Path) -> None:
 
 
 def live_viewer(port: int = PORT) -> str:
-    """Address of the viewer that runs here; one is opened if none does.
+    """Find the viewer that runs on this machine; start one if none does.
 
-    Raises `InvalidValue` where none runs and there is no display, or if it does not start.
+    Args:
+        port: The port that the viewer listens on.
+
+    Returns:
+        The address of the viewer.
+
+    Raises:
+        InvalidValue: If none runs and there is no display, or if it does not start within 10 s.
+        NotInstalled: If none runs and the viewer is not installed.
     """
     address = f"rerun+http://127.0.0.1:{port}/proxy"
     if listens(port):
@@ -49,7 +52,7 @@ def live_viewer(port: int = PORT) -> str:
     if not has_display():
         raise InvalidValue(
             f"no viewer listens on port {port} and there is no display to open one on; start one elsewhere "
-            f"and forward the port (ssh -R {port}:localhost:{port} …), or leave out --live"
+            f"and forward the port (ssh -R {port}:localhost:{port} HOST), or leave out --live"
         )
     subprocess.Popen([viewer_program(), "--port", str(port), "--bind", "127.0.0.1"], start_new_session=True)
     start = time.monotonic()
@@ -63,7 +66,14 @@ def live_viewer(port: int = PORT) -> str:
 
 
 def listens(port: int) -> bool:
-    """Whether something on this machine accepts connections on a port."""
+    """Try to connect to a port of this machine.
+
+    Args:
+        port: The port.
+
+    Returns:
+        True if something accepts connections on it.
+    """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=1.0).close()
     except OSError:
@@ -72,18 +82,29 @@ def listens(port: int) -> bool:
 
 
 def has_display() -> bool:
-    """Whether a window can be opened."""
+    """Tell if a window can be opened.
+
+    Returns:
+        True on systems other than Linux, and on Linux if DISPLAY or WAYLAND_DISPLAY is set.
+    """
     if platform.system() != "Linux":
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def viewer_program() -> str:
-    """The viewer that rerun-sdk brings, whether or not its environment is activated."""
+    """Find the viewer that rerun-sdk installs, also where its environment is not activated.
+
+    Returns:
+        The path of the program.
+
+    Raises:
+        NotInstalled: If it is not there.
+    """
     package = find_spec("rerun_cli")
     if package is None or package.origin is None:
-        raise NotInstalled("Rerun's viewer", "'rerun-sdk>=0.41,<0.42'")
+        raise NotInstalled("Rerun's viewer", _REQUIREMENT)
     program = Path(package.origin).parent / ("rerun.exe" if platform.system() == "Windows" else "rerun")
     if not program.is_file():
-        raise NotInstalled("Rerun's viewer", "'rerun-sdk>=0.41,<0.42'")
+        raise NotInstalled("Rerun's viewer", _REQUIREMENT)
     return str(program)

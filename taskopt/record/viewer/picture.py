@@ -1,4 +1,4 @@
-"""Pictures of a recording without a display: Rerun's own viewer, headless."""
+"""Pictures of a recording on machines without a display, drawn by Rerun's own viewer."""
 
 import os
 import socket
@@ -7,29 +7,42 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+
+from rerun.experimental import ViewerClient
 
 from taskopt.errors import BadLog, InvalidValue, MissingFile, TaskoptError
 from taskopt.record.viewer.open import viewer_program
 from taskopt.record.viewer.writer import TIME
 
 SIZE = "1920x1080"
-_PATIENCE = 60.0  # [s] for everything together
-_IDLE = 8.0  # [s] without loading after which nothing will come
-_SETTLE = 1.5  # [s] between two looks; once they are alike, everything is loaded and laid out
-_FIRST = 3.0  # [s] before the first look
+_PATIENCE = 60.0  # [s] for each of: start, load, draw
+_IDLE = 8.0  # [s] without loading after which no step will come
+_FIRST = 3.0  # [s] before the first look at the screen
+_BETWEEN = 1.5  # [s] between two looks; once they are alike, everything is loaded and laid out
+_GOODBYE = 5.0  # [s] for the viewer to end before it is killed
 _DRIVERS = "apt-get install mesa-vulkan-drivers libvulkan1"
 
 
 class NoGraphics(TaskoptError, RuntimeError):
-    """There is nothing that could draw; the message says what to install."""
+    """Raised where neither a GPU nor a software renderer can draw; the message says what to install."""
 
 
 def take_picture(recording: Path, picture: Path, at: float | None = None) -> Path:
-    """Write a PNG (1920 × 1080) of the recording's own layout, the cursor at `at` [s], else in the middle.
+    """Draw a recording in its own layout, which takes about 10 s.
 
-    Takes about 10 s. Raises `MissingFile` and `BadLog` for the recording, `InvalidValue` if the picture
-    cannot be written, and `NoGraphics` where there is neither a GPU nor a software renderer.
+    Args:
+        recording: The recording.
+        picture: The PNG file to write, 1920 × 1080 pixels.
+        at: The time of the cursor [s]; without it the cursor is in the middle of the run.
+
+    Returns:
+        The path of the picture.
+
+    Raises:
+        MissingFile: If there is no recording.
+        BadLog: If the recording has no steps.
+        InvalidValue: If the time is negative, or the picture cannot be written.
+        NoGraphics: If there is neither a GPU nor a software renderer, or the viewer ends while it draws.
     """
     if not recording.is_file():
         raise MissingFile(f"no recording at {recording}")
@@ -42,7 +55,7 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
             viewer.open(str(recording.resolve()))
             end = _loaded(viewer, recording)
             viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
-            image = _settled(viewer)
+            image = _final_screen(viewer)
     except ConnectionError as error:
         raise NoGraphics(
             f"the viewer ended while it drew {recording}; try again, or look with --at 0"
@@ -55,43 +68,31 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
 
 
 @contextmanager
-def _headless() -> Iterator[Any]:
-    """A viewer without a window that only this machine can reach; it ends with the context."""
-    from rerun.experimental import ViewerClient
-
+def _headless() -> Iterator[ViewerClient]:
+    """Run a viewer without a window that only this machine can reach; it ends with the context."""
     port = _free_port()
-    words = [
-        viewer_program(),
-        "--headless",
-        "--port",
-        str(port),
-        "--bind",
-        "127.0.0.1",
-        "--hide-welcome-screen",
-    ]
+    words = [viewer_program(), "--headless", "--port", str(port), "--bind", "127.0.0.1"]
+    words += ["--hide-welcome-screen", "--window-size", SIZE]
     quiet = {**os.environ, "RUST_LOG": "error"}
-    program = subprocess.Popen(
-        [*words, "--window-size", SIZE], env=quiet, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
+    nowhere = subprocess.DEVNULL
+    program = subprocess.Popen(words, env=quiet, stdout=nowhere, stderr=nowhere)
     try:
         _wait_until_up(program, port)
-        yield ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+        yield ViewerClient.connect(_address(port))
     finally:
         program.terminate()
         with suppress(subprocess.TimeoutExpired):
-            program.wait(5.0)
+            program.wait(_GOODBYE)
         if program.poll() is None:
             program.kill()
 
 
 def _wait_until_up(program: "subprocess.Popen[bytes]", port: int) -> None:
-    """Wait for the viewer to listen and to have found something to draw with."""
-    from rerun.experimental import ViewerClient
-
+    """Wait until the viewer listens, for which it must have found something to draw with."""
     start = time.monotonic()
     while time.monotonic() - start < _PATIENCE and program.poll() is None:
         try:
-            ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy").get_state()
+            ViewerClient.connect(_address(port)).get_state()
         except (ConnectionError, RuntimeError, TimeoutError):
             time.sleep(0.2)
         else:
@@ -102,12 +103,13 @@ def _wait_until_up(program: "subprocess.Popen[bytes]", port: int) -> None:
     )
 
 
-def _loaded(viewer: Any, recording: Path) -> float:
-    """Wait until the recording is there; its last time [s]."""
+def _loaded(viewer: ViewerClient, recording: Path) -> float:
+    """Wait until the recording is loaded, and return its last time [s]."""
     start = quiet = time.monotonic()
     while time.monotonic() - start < _PATIENCE and time.monotonic() - quiet < _IDLE:
         state = viewer.get_state()
-        ends = [t.end for r in state.recordings for t in r.timelines if t.name == TIME and t.end is not None]
+        timelines = [timeline for loaded in state.recordings for timeline in loaded.timelines]
+        ends = [line.end for line in timelines if line.name == TIME and line.end is not None]
         if ends and not state.loading:
             return max(ends) * 1e-9
         if state.loading:
@@ -116,19 +118,25 @@ def _loaded(viewer: Any, recording: Path) -> float:
     raise BadLog(f"the viewer finds no step in {recording}; is it a recording of a run?")
 
 
-def _settled(viewer: Any) -> bytes:
-    """The screen, once it no longer changes."""
+def _final_screen(viewer: ViewerClient) -> bytes:
+    """Take screenshots until two in a row are alike, and return the last one as PNG."""
     time.sleep(_FIRST)
     start, image = time.monotonic(), b""
     while time.monotonic() - start < _PATIENCE:
-        before, image = image, viewer.take_screenshot()
-        if image == before:
+        previous, image = image, viewer.take_screenshot()
+        if image == previous:
             break
-        time.sleep(_SETTLE)
+        time.sleep(_BETWEEN)
     return image
 
 
+def _address(port: int) -> str:
+    """Return the address of a viewer on this machine."""
+    return f"rerun+http://127.0.0.1:{port}/proxy"
+
+
 def _free_port() -> int:
+    """Find a port that nothing listens on."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

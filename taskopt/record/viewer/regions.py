@@ -1,69 +1,116 @@
-"""Where inequality tasks want a frame to be: boxes that stand still, cones of view that move with it."""
+"""The regions of inequality tasks in the scene: boxes that stand still, and cones that move with a frame."""
 
-from collections.abc import Iterator
-from typing import Any
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+import rerun as rr
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.arrangement import Place
-from taskopt.record.viewer.palette import TARGET, colours, part
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.palette import TARGET, colours
+from taskopt.record.viewer.paths import world_path
+from taskopt.record.viewer.writer import RecordingWriter
 
-_LENGTH = 0.35  # of a cone, as a share of the scene
-_RAYS = 24  # of its rim
+_LENGTH = 0.35  # of a cone, as a share of the size of the scene
+_RAYS = 24  # corners of the rim of a cone
+
+
+@runtime_checkable
+class WithBox(Protocol):
+    """A bound task that keeps the origin of a frame in a box.
+
+    Attributes:
+        box: The lower and the upper corner, (2, 3), in the world frame [m], ±inf for an open side; None for
+            a timed task around a task without a box.
+    """
+
+    box: Array | None
+
+
+@runtime_checkable
+class WithCone(Protocol):
+    """A bound task that keeps a line of sight in a cone.
+
+    Attributes:
+        cone: The frame, the unit axis in it, (3,), and the half angle [rad]; None for a timed task around a
+            task without a cone.
+    """
+
+    cone: tuple[str, Array, float] | None
 
 
 class Regions:
-    """The boxes and cones of a run's tasks."""
+    """Draw the boxes and cones of the tasks of a run."""
 
-    def __init__(self, info: RunInfo, place: Place) -> None:
-        self._place, self._at = place, Configuration(info.scenario.robot, info.scenario.start)
-        self._boxes = dict(_those("box", info))
-        self._cones = dict(_those("cone", info))
+    def __init__(self, info: RunInfo, arrangement: Arrangement) -> None:
+        """Find the regions.
 
-    def draw(self, stage: Stage, path: str) -> None:
-        """Log the boxes, an open side as far as the scene goes, and the shape of the cones."""
-        import rerun as rr
+        Args:
+            info: The facts about the run.
+            arrangement: The arrangement of the scene, which open sides of boxes end with.
+        """
+        self._arrangement = arrangement
+        self._configuration = Configuration(info.scenario.robot, info.scenario.start)
+        tasks = info.plan.tasks
+        self._boxes = {
+            task.name: task.box for task in tasks if isinstance(task, WithBox) and task.box is not None
+        }
+        self._cones = {
+            task.name: task.cone for task in tasks if isinstance(task, WithCone) and task.cone is not None
+        }
 
+    def draw(self, writer: RecordingWriter, resolver: str) -> None:
+        """Send the boxes and the shapes of the cones.
+
+        Args:
+            writer: The recording.
+            resolver: The name of the resolver whose robot they belong to.
+        """
         thin = rr.Radius.ui_points(1.2)
         for name, (lower, upper) in self._boxes.items():
-            low = np.where(np.isfinite(lower), lower, np.minimum(self._place.lower, upper))
-            high = np.where(np.isfinite(upper), upper, np.maximum(self._place.upper, lower))
-            box = rr.Boxes3D(mins=[low], sizes=[high - low], colors=colours(TARGET), radii=thin)
-            stage.static(f"{path}/task/{part(name)}/region", box)
+            start = np.where(np.isfinite(lower), lower, np.minimum(self._arrangement.lower, upper))
+            stop = np.where(np.isfinite(upper), upper, np.maximum(self._arrangement.upper, lower))
+            box = rr.Boxes3D(mins=[start], sizes=[stop - start], colors=colours(TARGET), radii=thin)
+            writer.log_static(world_path(resolver, "task", name, "region"), box)
         for name, (_, axis, half_angle) in self._cones.items():
-            strips = cone_lines(axis, half_angle, _LENGTH * self._place.size)
+            strips = cone_lines(axis, half_angle, _LENGTH * self._arrangement.size)
             cone = rr.LineStrips3D(strips, colors=colours(TARGET), radii=thin)
-            stage.static(f"{path}/task/{part(name)}/region", cone)
+            writer.log_static(world_path(resolver, "task", name, "region"), cone)
 
-    def send(self, stage: Stage, path: str, batch: Batch, pick: Any) -> None:
-        """Move the cones with their frames."""
-        import rerun as rr
+    def send(self, writer: RecordingWriter, batch: Batch, ticks: IntArray) -> None:
+        """Move the cones with their frames.
 
+        Args:
+            writer: The recording.
+            batch: Consecutive steps of one resolver.
+            ticks: The positions of the ticks in the batch that are drawn.
+        """
         for name, (frame, _, _) in self._cones.items():
-            poses = np.empty((len(pick), 4, 4))
-            for pose, q in zip(poses, batch.q[pick], strict=True):
-                self._at.update(q)
-                pose[:] = self._at.pose(frame)
-            moved = rr.Transform3D.columns(
+            poses = np.empty((len(ticks), 4, 4))
+            for pose, q in zip(poses, batch.q[ticks], strict=True):
+                self._configuration.update(q)
+                pose[:] = self._configuration.pose(frame)
+            motion = rr.Transform3D.columns(
                 translation=poses[:, :3, 3], mat3x3=poses[:, :3, :3].reshape(-1, 9)
             )
-            stage.columns(f"{path}/task/{part(name)}/region", batch.index[pick], batch.time[pick], moved)
-
-
-def _those(region: str, info: RunInfo) -> Iterator[tuple[str, Any]]:
-    """Tasks by name that have a region of a kind."""
-    for task in info.plan.tasks:
-        if getattr(task, region, None) is not None:
-            yield task.name, getattr(task, region)
+            path = world_path(batch.resolver, "task", name, "region")
+            writer.send_columns(path, batch.index[ticks], batch.time[ticks], motion)
 
 
 def cone_lines(axis: Array, half_angle: float, length: float) -> list[Array]:
-    """The rim of a cone about a unit axis with its tip at 0, and four lines to the tip, (k, 3) each."""
+    """Draw a cone as its rim and four lines from its tip, which is at the origin.
+
+    Args:
+        axis: The unit axis, (3,).
+        half_angle: The angle between the axis and the surface [rad].
+        length: The distance from the tip to the rim [m].
+
+    Returns:
+        Five line strips, (k, 3) each [m].
+    """
     aside = np.eye(3)[np.argmin(np.abs(axis))]
     first = np.cross(axis, aside) / np.linalg.norm(np.cross(axis, aside))
     second = np.cross(axis, first)

@@ -1,57 +1,105 @@
-"""The Rerun recording of a run: a file, and a running viewer if one is given."""
+"""The sink that writes a run to a Rerun recording."""
 
 from pathlib import Path
+from typing import Protocol
+
+import rerun as rr
 
 from taskopt.record.batch import Batch
 from taskopt.record.manifest import manifest
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.active_timeline import Lanes
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.active_timeline import ActiveTimeline
 from taskopt.record.viewer.blueprint import blueprint
 from taskopt.record.viewer.clearance import Clearance
 from taskopt.record.viewer.drawable_text import drawable
-from taskopt.record.viewer.plots import Series
+from taskopt.record.viewer.paths import SUMMARY
+from taskopt.record.viewer.plots import Plots
 from taskopt.record.viewer.scene import Scene
-from taskopt.record.viewer.summary_panel import CARD, Card
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.viewer.summary_panel import SummaryPanel
+from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
 
-class StreamSink:
-    """Writes batches to a Rerun recording, with its layout inside, so that opening it is enough.
+class Drawing(Protocol):
+    """A part of a recording: what stands still is drawn once, what changes is sent batch by batch."""
 
-    `live` is the address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, which gets the
-    same data; if it goes away, the file goes on.
-    """
+    def draw(self, writer: RecordingWriter) -> None:
+        """Send everything that holds for the whole run.
+
+        Args:
+            writer: The recording.
+        """
+        ...
+
+    def send(self, writer: RecordingWriter, batch: Batch) -> None:
+        """Send everything that changes.
+
+        Args:
+            writer: The recording.
+            batch: Consecutive steps of one resolver.
+        """
+        ...
+
+
+class RecordingSink:
+    """Write batches to a Rerun recording that carries its own layout, so that opening the file is enough."""
 
     def __init__(self, path: Path, live: str | None = None) -> None:
+        """Prepare a recording; `open` makes the file.
+
+        Args:
+            path: The file to write.
+            live: The address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, that gets the
+                same data, if any; if it goes away, the file goes on.
+        """
         self.path, self._live = path, live
 
     def open(self, info: RunInfo) -> None:
-        gauge = LimitGauge(info)
-        self._card, self._scene = Card(info, gauge), Scene(info)
-        clearance = Clearance(info, self._scene.place)
-        self._parts = (self._scene, clearance, Series(info, gauge), Lanes(info, gauge))
-        layout = blueprint(info, self._scene.place, gauge)
-        self._stage = Stage(self.path, info.scenario.name or "run", layout, self._live)
-        self._stage.properties("run", manifest(info))
-        for part in self._parts:
-            part.draw(self._stage)
-        self._show_card("running")
-        self._stage.flush()
+        """Make the file and draw everything that stands still.
+
+        Args:
+            info: The facts about the run.
+
+        Raises:
+            InvalidValue: If the file cannot be written.
+        """
+        gauge, scene = LimitGauge(info), Scene(info)
+        self._panel = SummaryPanel(info, gauge)
+        self._drawings: tuple[Drawing, ...] = (
+            scene,
+            Clearance(info),
+            Plots(info, gauge),
+            ActiveTimeline(info, gauge),
+        )
+        layout = blueprint(info, scene.arrangement, gauge)
+        self._writer = RecordingWriter(self.path, info.scenario.name or "run", layout, self._live)
+        self._writer.set_properties("run", manifest(info))
+        for drawing in self._drawings:
+            drawing.draw(self._writer)
+        self._show_panel("running")
+        self._writer.flush()
 
     def take(self, batch: Batch) -> None:
-        self._card.take(batch)
-        for part in self._parts:
-            part.send(self._stage, batch)
-        self._stage.flush()
+        """Send a batch, and flush it to the file.
+
+        Args:
+            batch: Consecutive steps of one resolver.
+        """
+        self._panel.take(batch)
+        for drawing in self._drawings:
+            drawing.send(self._writer, batch)
+        self._writer.flush()
 
     def close(self, status: str) -> None:
-        self._show_card(status)
-        self._stage.close()
+        """Write the final summary panel and complete the file.
 
-    def _show_card(self, status: str) -> None:
-        import rerun as rr
+        Args:
+            status: "finished", or "interrupted" if the run ended early.
+        """
+        self._show_panel(status)
+        self._writer.close()
 
-        self._stage.static(
-            CARD, rr.TextDocument(drawable(self._card.text(status)), media_type="text/markdown")
-        )
+    def _show_panel(self, status: str) -> None:
+        """Replace the text of the summary panel."""
+        text = rr.TextDocument(drawable(self._panel.text(status)), media_type="text/markdown")
+        self._writer.log_static(SUMMARY, text)

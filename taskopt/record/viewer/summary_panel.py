@@ -1,119 +1,89 @@
-"""The run card: what was run, what to look at, and, once it is over, what came of it."""
-
-from collections import Counter
-from dataclasses import dataclass, field
+"""The summary panel of a recording: the run, its figures and a guide to the views, as Markdown."""
 
 import numpy as np
 
-from taskopt.loop.run import tracking_error
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
-from taskopt.record.summary import Continuity
+from taskopt.record.run_info import RunInfo
+from taskopt.record.summary import Summary
 from taskopt.record.violation import LimitGauge
 
-CARD = "/run/card"
-_SHOWN = 5  # limits named in the summary
+_SHOWN = 5  # largest number of limits that are named for each resolver
 
 
-@dataclass
-class Outcome:
-    """What the batches of one resolver come to, so far."""
-
-    continuity: Continuity
-    ticks: int = 0
-    certified: int = 0
-    bound: int = 0
-    worst: float = 0.0
-    position: float = 0.0
-    velocity: float = 0.0
-    error: float = 0.0
-    nearest: dict[str, float] = field(default_factory=dict)
-    seconds: list[np.ndarray] = field(default_factory=list)
-    limits: Counter[str] = field(default_factory=Counter)
-
-    def add(self, batch: Batch, gauge: LimitGauge) -> None:
-        """Take a batch in."""
-        self.ticks += len(batch.steps)
-        self.certified += int(batch.certified.sum())
-        self.worst = max(self.worst, float(batch.worst.max()))
-        self.position = max(self.position, float(gauge.position_violation(batch).max()))
-        self.velocity = max(self.velocity, float(gauge.velocity_violation(batch).max()))
-        for limit in batch.distance_limits:
-            least = float(batch.distance(limit).min())
-            self.nearest[limit] = min(self.nearest.get(limit, np.inf), least)
-        self.seconds.append(batch.seconds)
-        for step in batch.steps:
-            self.continuity.add(step)
-        code = batch.active_code
-        self.bound += int((code != 0).any(axis=1).sum())
-        for row, value in {(int(r), int(c)) for r, c in _pairs(code)}:
-            self.limits[batch.active_name(row, value)] += int((code[:, row] == value).sum())
-        if batch.steps[0].desired:
-            self.error = max(self.error, *map(tracking_error, batch.steps))
-
-    def row(self, name: str) -> str:
-        """A line of the Markdown table."""
-        times = np.concatenate(self.seconds) * 1e6
-        figures = (
-            f"{1e3 * self.error:.3g}",
-            _excess(self.position),
-            _excess(self.velocity),
-            *(f"{1e3 * least:.3g}" for least in self.nearest.values()),
-            _share(self.bound, self.ticks),
-            f"{self.worst:.1e}",
-            _share(self.certified, self.ticks),
-            f"{np.median(times):.0f}",
-        )
-        return f"| {name} | " + " | ".join(figures) + " |"
-
-    def held(self, name: str) -> str:
-        """What bound most often."""
-        most = self.limits.most_common(_SHOWN)
-        words = ", ".join(f"{limit} {_share(n, self.ticks)}" for limit, n in most)
-        return "\n".join([f"- **{name}**: {words or 'nothing ever bound'}", *self._continuity()])
-
-    def _continuity(self) -> list[str]:
-        return [f"    - {sentence}" for sentence in self.continuity.sentences()]
-
-
-class Card:
-    """Markdown for the viewer."""
+class SummaryPanel:
+    """Keep the summary of each resolver, and write all of them as one Markdown text."""
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
-        self._info, self._gauge = info, gauge
-        self._outcomes = {name: Outcome(Continuity(info.plan)) for name in info.resolvers}
+        """Begin with empty summaries.
+
+        Args:
+            info: The facts about the run.
+            gauge: The limits of the run.
+        """
+        self._info = info
+        self._summaries = {name: Summary(name, gauge) for name in info.resolvers}
+        self._tracks = any(task.frame is not None for task in info.plan.tasks)
 
     def take(self, batch: Batch) -> None:
-        self._outcomes[batch.resolver].add(batch, self._gauge)
+        """Add a batch to the summary of its resolver.
+
+        Args:
+            batch: Consecutive steps of one resolver.
+        """
+        self._summaries[batch.resolver].add(batch)
 
     def text(self, status: str) -> str:
-        """The card; `status` is running, finished or interrupted."""
+        """Write the panel.
+
+        Args:
+            status: "running", "finished" or "interrupted".
+
+        Returns:
+            Markdown: the scenario, a table with one row for each resolver, the limits that were active most
+            often, the stack, and a guide to the views.
+        """
         scenario = self._info.scenario
         head = f"# {scenario.name.replace('_', ' ')}\n\n{scenario.description}\n"
         facts = (
             f"**{scenario.robot.name}**, {scenario.robot.nv} velocities, {scenario.duration:g} s in steps of "
             f"{1e3 * scenario.dt:g} ms, {status}."
         )
-        guide = _GUIDE + (_NEAR if self._info.plan.distance_limits else "")
-        return "\n".join([head, facts, "", *self._summary(), *self._stack(), guide])
+        guide = _GUIDE + (_DISTANCE_GUIDE if self._info.plan.distance_limits else "")
+        return "\n".join([head, facts, "", *self._figures(), *self._stack(), guide])
 
-    def _summary(self) -> list[str]:
-        ran = {name: outcome for name, outcome in self._outcomes.items() if outcome.ticks}
-        if not ran:
+    def _figures(self) -> list[str]:
+        """Write the table of figures and the lists of active limits; nothing before the first batch."""
+        summaries = [summary for summary in self._summaries.values() if summary.ticks]
+        if not summaries:
             return []
-        rows = [outcome.row(name) for name, outcome in ran.items()]
-        held = [outcome.held(name) for name, outcome in ran.items()]
         least = [f"{limit.replace('_', ' ')}, least [mm]" for limit in self._info.plan.distance_limits]
         headings = [*_HEADINGS[:4], *least, *_HEADINGS[4:]]
         head = [f"| {' | '.join(headings)} |", "|---" * len(headings) + "|"]
-        return [*head, *rows, "", "What held the arm back, share of the ticks:", *held, ""]
+        rows = [self._row(summary) for summary in summaries]
+        active = [line for summary in summaries for line in _active_lines(summary)]
+        return [*head, *rows, "", "Active limits, share of the ticks:", *active, ""]
+
+    def _row(self, summary: Summary) -> str:
+        """Write one line of the table of figures."""
+        figures = (
+            summary.resolver,
+            f"{1e3 * max(summary.tracking):.3g}" if self._tracks else "–",
+            _violation(summary.position_violation),
+            _violation(summary.velocity_violation),
+            *(f"{1e3 * least:.3g}" for least in summary.least_distance.values()),
+            _share(summary.ticks_active, summary.ticks),
+            f"{max(summary.certificates):.1e}",
+            _share(summary.certified, summary.ticks),
+            f"{1e6 * np.median(summary.seconds):.0f}",
+        )
+        return f"| {' | '.join(figures)} |"
 
     def _stack(self) -> list[str]:
-        """The levels as declared, and the limits around them."""
+        """List the levels as declared, and the limits around them."""
         plan, lines = self._info.plan, ["### The stack"]
         for level in range(1, plan.layout.level_count + 1):
-            blocks = [b for b in plan.layout.blocks if b.level == level]
-            tasks = ", ".join(f"{b.name} ({b.stop - b.start} rows)" for b in blocks)
+            blocks = [block for block in plan.layout.blocks if block.level == level]
+            tasks = ", ".join(f"{block.name} ({block.stop - block.start} rows)" for block in blocks)
             lines.append(f"{level}. {tasks}")
         names = [limit.name for limit in self._info.scenario.stack.limits]
         lines.append(f"\nHard limits: {', '.join(names) or 'none'}\n")
@@ -121,31 +91,36 @@ class Card:
 
 
 _HEADINGS = (
-    "resolver", "error max [mm]", "out of position [rad]", "over velocity [rad/s]", "ticks bound",
-    "worst KKT", "proven", "solve p50 [µs]",
+    "resolver", "largest error [mm]", "over position limits [rad]", "over velocity limits [rad/s]",
+    "limit active", "worst KKT", "proven", "solve p50 [µs]",
 )  # fmt: skip
 _GUIDE = """### How to read it
-- White: the desired path and pose, the box or cone to stay in. Coloured: where the frame went. \
-Red: the error between them.
-- Yellow ellipsoid: velocities that the frame can reach with ‖v‖ ≤ 1; flat where it is near a singularity.
-- q and v run between their limits, drawn at ±1. A lane is red while the upper limit binds, blue while the \
-lower does, yellow where an answer that knows no limits is over it.
-- Multiplier: what the limit costs the first level that it holds back; > 0 at an upper limit.
+- White: the desired path and pose, and the box or cone that a task keeps a frame in. Coloured: the path of \
+the frame. Red: the error between them.
+- Yellow ellipsoid: the velocities that the frame can reach with ‖v‖ ≤ 1; it is flat near a singularity.
+- q and v are scaled so that their limits are at ±1. In the active-set timeline a row is red while the upper \
+limit is active, blue while the lower one is, and yellow where an answer that knows no limits is beyond it.
+- Multiplier (price): what the limit costs the first level that it holds back; > 0 at an upper limit.
 - Proof: log10 of the worst KKT residual; below −8 the answer is certified to be the optimum.
 """
-_NEAR = """- Beads on a line: the nearest points of a link and what it must not touch; red while their \
-limit holds the link off, yellow below the margin. The number is the least distance.
+_DISTANCE_GUIDE = """- Two points joined by a line: the nearest points of a link and of what it must not \
+touch; red while the limit is active, yellow below the margin. The number is the least distance.
 """
 
 
-def _pairs(code: np.ndarray) -> zip:
-    rows = np.nonzero(code)
-    return zip(rows[1].tolist(), code[rows].tolist(), strict=True)
+def _active_lines(summary: Summary) -> list[str]:
+    """List the limits that were active most often, then jumps, alternating limits and conflicts."""
+    most = summary.active.most_common(_SHOWN)
+    words = ", ".join(f"{limit} {_share(ticks, summary.ticks)}" for limit, ticks in most)
+    sentences = [f"    - {sentence}" for sentence in summary.continuity.sentences()]
+    return [f"- **{summary.resolver}**: {words or 'none was ever active'}", *sentences]
 
 
 def _share(count: int, ticks: int) -> str:
+    """Write a share in per cent, with a decimal unless it is exactly none or all."""
     return f"{100 * count / ticks:.0f} %" if count in (0, ticks) else f"{100 * count / ticks:.1f} %"
 
 
-def _excess(value: float) -> str:
+def _violation(value: float) -> str:
+    """Write a violation with two digits, or 0 where the limit is kept."""
     return f"{value:.2g}" if value > 0.0 else "0"

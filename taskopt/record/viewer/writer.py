@@ -1,107 +1,150 @@
-"""One recording, sent to a file and perhaps to a viewer: static data and columns over time."""
+"""Writing of one Rerun recording, to a file and, if asked for, to a running viewer as well."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from queue import Empty, Full, Queue
 from threading import Event, Thread
-from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
 
 from taskopt.arrays import IntArray
 from taskopt.errors import InvalidValue
+from taskopt.record.batch import Nanoseconds
 
 TIME, TICK = "sim_time", "tick"
-_BACKLOG = 200  # sends that may wait for a viewer; beyond it they are dropped
-_GOODBYE = 2.0  # [s] that a viewer has to take the rest when a run ends
+_BACKLOG = 200  # largest number of sends that wait for a viewer; beyond it the viewer gets no more
+_GOODBYE = 2.0  # [s] of wall-clock time that a viewer has to take the rest when a run ends
 
-Send = Callable[[Any], None]  # does something with a rerun.RecordingStream
+Send = Callable[[rr.RecordingStream], None]  # sends something on a stream
+Fact = str | int | float | list | dict | None
 
 
-class Stage:
-    """Where drawing goes. `path` is the file; `live` the address of a viewer that also gets it all.
+class RecordingWriter:
+    """Send static data and columns over time to a recording.
 
-    The viewer has a stream and a thread of its own, so that one that hangs or goes away neither stops
-    nor slows a run: what it cannot take is dropped, and the file stays complete.
+    A viewer has a stream and a thread of its own, so that one that hangs or goes away neither stops nor
+    slows a run: it gets no more data, and the file stays complete.
     """
 
-    def __init__(self, path: Path, name: str, blueprint: Any, live: str | None = None) -> None:
-        import rerun as rr
+    def __init__(self, path: Path, name: str, blueprint: rrb.Blueprint, live: str | None = None) -> None:
+        """Open the file, and connect to the viewer.
 
-        self._file = _stream(name, f"{name}-{path.parent.name}")
+        Args:
+            path: The file to write, in an existing folder.
+            name: The name of the recording in the viewer.
+            blueprint: The layout that the recording opens with.
+            live: The address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, if any.
+
+        Raises:
+            InvalidValue: If the file cannot be written.
+        """
+        recording = f"{name}-{path.parent.name}"
+        self._file = _new_stream(name, recording)
         try:
             self._file.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
         except RuntimeError as error:
             raise InvalidValue(
                 f"cannot write the recording {path}: {error}; choose another folder"
             ) from error
-        self._viewer = None if live is None else Viewer(live, name, f"{name}-{path.parent.name}", blueprint)
+        self._viewer = None if live is None else LiveViewer(live, _new_stream(name, recording), blueprint)
 
-    def static(self, path: str, *archetypes: Any) -> None:
-        """Log data that holds for the whole run."""
+    def log_static(self, path: str, *archetypes: rr.AsComponents) -> None:
+        """Send data that hold for the whole run.
+
+        Args:
+            path: The entity path.
+            *archetypes: The data, as Rerun's archetypes.
+        """
         self._send(lambda stream: stream.log(path, *archetypes, static=True))
 
-    def columns(self, path: str, tick: IntArray, time: Any, columns: Iterable[Any]) -> None:
-        """Send rows at `tick` and `time` (whole nanoseconds, timedelta64[ns])."""
-        import rerun as rr
+    def send_columns(
+        self, path: str, tick: IntArray, time: Nanoseconds, columns: Iterable[rr.ComponentColumn]
+    ) -> None:
+        """Send data that change over time; nothing is sent for no rows.
 
+        Args:
+            path: The entity path.
+            tick: The number of the tick of each row, (k,).
+            time: The time of each row in whole nanoseconds, (k,).
+            columns: Rerun's component columns, of k rows each.
+        """
         if len(tick) == 0:
             return
         index = [rr.TimeColumn(TICK, sequence=tick), rr.TimeColumn(TIME, duration=time)]
-        columns = list(columns)
-        self._send(lambda stream: stream.send_columns(path, index, columns))
+        rows = list(columns)
+        self._send(lambda stream: stream.send_columns(path, index, rows))
 
-    def properties(self, name: str, content: dict[str, Any]) -> None:
-        """Note facts about the run that a program can read: nested values as JSON."""
-        import rerun as rr
+    def set_properties(self, name: str, facts: Mapping[str, Fact]) -> None:
+        """Attach facts about the run that a program can read.
 
-        known = {k: v for k, v in content.items() if v is not None}
-        plain = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in known.items()}
+        Args:
+            name: The name of the group of facts.
+            facts: The facts; lists and dictionaries are written as JSON, and None is left out.
+        """
+        known = {key: value for key, value in facts.items() if value is not None}
+        plain = {
+            key: value if isinstance(value, str | int | float) else json.dumps(value)
+            for key, value in known.items()
+        }
         self._send(lambda stream: stream.send_property(name, rr.AnyValues(drop_untyped_nones=True, **plain)))
 
     def flush(self) -> None:
-        """Bring all of it to the file; what was sent before survives a kill."""
+        """Bring everything that was sent to the file, so that it survives a kill."""
         self._file.flush()
 
     def close(self) -> None:
+        """Complete the file, and let the viewer take the rest for at most 2 s."""
         self._file.flush()
         self._file.disconnect()
         if self._viewer is not None:
             self._viewer.close()
 
     def _send(self, send: Send) -> None:
+        """Send to the file now, and to the viewer from its own thread."""
         send(self._file)
         if self._viewer is not None:
             self._viewer.put(send)
 
 
-class Viewer:
-    """A running viewer that is fed from a thread of its own."""
+class LiveViewer:
+    """Feed a running viewer from a thread of its own."""
 
-    def __init__(self, address: str, name: str, recording: str, blueprint: Any) -> None:
-        self._stream = _stream(name, recording)
+    def __init__(self, address: str, stream: rr.RecordingStream, blueprint: rrb.Blueprint) -> None:
+        """Start the thread, which connects to the viewer.
+
+        Args:
+            address: The address of the viewer.
+            stream: A stream that nobody else uses.
+            blueprint: The layout that the viewer shows.
+        """
+        self._stream = stream
         self._queue: Queue[Send] = Queue(_BACKLOG)
         self._done = Event()
         self._thread = Thread(target=self._feed, args=(address, blueprint), daemon=True)
         self._thread.start()
 
     def put(self, send: Send) -> None:
+        """Queue data for the viewer; one that lags behind gets no more, because a gap would mislead.
+
+        Args:
+            send: The function that sends the data on a stream.
+        """
         try:
             self._queue.put_nowait(send)
         except Full:
-            self._done.set()  # it hangs: a gap in a recording would mislead, so it gets no more
+            self._done.set()
 
     def close(self) -> None:
-        """Let the viewer take the rest; one that hangs is left behind, also when Python ends."""
-        import rerun as rr
-
+        """Let the viewer take the rest for at most 2 s; then leave it behind, also when Python ends."""
         self._done.set()
         self._thread.join(_GOODBYE)
         if self._thread.is_alive():
             rr.unregister_shutdown()
 
-    def _feed(self, address: str, blueprint: Any) -> None:
-        import rerun as rr
-
+    def _feed(self, address: str, blueprint: rrb.Blueprint) -> None:
+        """Connect, then send what is queued until the run ends and the queue is empty."""
         self._stream.set_sinks(rr.GrpcSink(address), default_blueprint=blueprint)
         while True:
             try:
@@ -114,9 +157,8 @@ class Viewer:
         self._stream.disconnect()
 
 
-def _stream(name: str, recording: str) -> Any:
-    import rerun as rr
-
+def _new_stream(name: str, recording: str) -> rr.RecordingStream:
+    """Make a stream without wall-clock times, so that equal runs make equal recordings."""
     stream = rr.RecordingStream("taskopt", recording_id=recording)
     stream.set_log_time_enabled(False)
     stream.send_recording_name(name)

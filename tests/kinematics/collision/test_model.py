@@ -73,7 +73,7 @@ def test_every_shape_that_moves_meets_every_obstacle():
         of, [Sphere([1, 0, 0], 0.1), Sphere([2, 0, 0], 0.1), Box([0, 2, 0], [1, 1, 1])]
     ).names
     assert len(names) == len(set(names)) == 48
-    assert {name.partition(" – ")[2] for name in names} == {"sphere 1", "sphere 2", "box"}
+    assert {name.partition(" – ")[2] for name in names} == {"sphere", "sphere 2", "box"}
     assert not any(name.startswith("panda_link0") for name in names)
     assert "panda_link5 – sphere 2" in names
 

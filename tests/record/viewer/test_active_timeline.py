@@ -1,4 +1,4 @@
-"""Events and lanes: why an answer is not the closed form, and whether anything binds, as it happened."""
+"""Events and the active-set timeline: they tell what happened, when it happened."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +16,8 @@ from taskopt.kinematics.task import JointTask, OrientationTask, PositionTask
 from taskopt.loop.run import Step, run, tracking_error
 from taskopt.loop.scenario import Scenario
 from taskopt.record.log import Log
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.active_timeline import EVENTS
-from taskopt.record.viewer.plots import of
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.paths import EVENTS, data_path
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolver
@@ -68,17 +67,19 @@ def test_each_cause_is_an_event_from_its_first_tick_to_its_last(
     assert told == turns.tolist()
 
 
-def test_one_lane_says_whether_anything_binds(tmp_path: Path) -> None:
+def test_one_row_of_the_timeline_tells_if_any_limit_is_active(tmp_path: Path) -> None:
     """Also where nothing ever does, so that no view is empty."""
     for velocity in (3.0, 1e4):
         made = passing(JointVelocityLimit(velocity=velocity))
         steps, file = recorded(made, resolver("active-set"), tmp_path / f"{velocity:g}")
         binds = np.array([bool(step.resolution.active) for step in steps])
         assert binds.any() == (velocity == 3.0)
-        rows = rows_of(file, of("active-set", "active", "any_limit"))
+        rows = rows_of(file, data_path("active-set", "active", "any_limit"))
         turns = np.flatnonzero(binds != np.concatenate([[not binds[0]], binds[:-1]]))
         assert rows["tick"] == turns.tolist()
-        assert [state[0] for state in rows["state"]] == ["binds" if binds[k] else "none binds" for k in turns]
+        assert [state[0] for state in rows["state"]] == [
+            "active" if binds[k] else "none active" for k in turns
+        ]
 
 
 def test_what_is_tracked_is_the_first_frame_with_rows_in_metres() -> None:

@@ -19,14 +19,23 @@ from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
 from taskopt.record.log import Log
 from taskopt.record.reading import read_table
-from taskopt.record.recorder import Gatherer, RunInfo
-from taskopt.record.viewer.clearance import least_line, margin_line, nearest, pair_line
-from taskopt.record.viewer.obstacles import corners, declared_obstacles
-from taskopt.record.viewer.palette import BROKEN, NEAR, UPPER
-from taskopt.record.viewer.plots import of, pair_rows, priced_lines
+from taskopt.record.recorder import BufferedRecorder
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.clearance import nearest_pairs
+from taskopt.record.viewer.obstacles import declared_obstacles, obstacle_corners
+from taskopt.record.viewer.palette import NEAR, UPPER, VIOLATED
+from taskopt.record.viewer.paths import (
+    data_path,
+    escaped_part,
+    least_distance_path,
+    margin_path,
+    pair_path,
+)
+from taskopt.record.viewer.plots import multiplier_lines
+from taskopt.record.viewer.rows import pair_rows
 from taskopt.record.viewer.scene import Scene
-from taskopt.record.viewer.sink import StreamSink
-from taskopt.record.viewer.summary_panel import Card
+from taskopt.record.viewer.sink import RecordingSink
+from taskopt.record.viewer.summary_panel import SummaryPanel
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.registry import resolver
 from tests.helpers.rrd import batches, entities, layout_words, rows_of, written_in_pieces
@@ -108,7 +117,7 @@ def test_a_step_without_distance_limits_carries_none(near):
     free = replace(near, stack=Stack(near.stack.levels), duration=near.dt)
     (step,) = run(free, resolver("active-set"))
     assert step.distances == {}
-    assert declared_obstacles(RunInfo(free, NAMES)) == ()
+    assert declared_obstacles(RunInfo(free, NAMES)) == {}
 
 
 def test_the_nearest_pairs_are_drawn_with_their_witness_points(folder, steps):
@@ -137,11 +146,13 @@ def test_segments_are_red_while_held_and_yellow_below_the_margin(folder, steps):
             step = steps[name][tick]
             distance = step.distances["obstacle"].distance
             state = step.resolution.state[3 : 3 + len(distance)]
-            shown = np.flatnonzero(nearest(distance[None], INFLUENCE)[0])
-            expected = [BROKEN if distance[p] < MARGIN - 1e-9 else UPPER if state[p] else NEAR for p in shown]
+            shown = np.flatnonzero(nearest_pairs(distance[None], INFLUENCE)[0])
+            expected = [
+                VIOLATED if distance[p] < MARGIN - 1e-9 else UPPER if state[p] else NEAR for p in shown
+            ]
             assert (paint or []) == expected
             seen |= set(expected)
-    assert seen == {BROKEN, UPPER, NEAR}
+    assert seen == {VIOLATED, UPPER, NEAR}
 
 
 def test_the_number_in_the_scene_is_the_least_distance(folder, steps):
@@ -159,19 +170,19 @@ def test_distance_plots_begin_when_a_pair_comes_near(folder, info, steps):
     """Each pair's line is its distance at 100 Hz from the first tick at which it is one of the nearest."""
     names = info.plan.distance_limits["obstacle"].row_names
     every = np.array([step.distances["obstacle"].distance for step in steps["active-set"]])[::2]
-    shown = nearest(every, INFLUENCE)
+    shown = nearest_pairs(every, INFLUENCE)
     known = entities(folder / "run.rrd")
     for pair, name in enumerate(names):
-        path = pair_line("active-set", "obstacle", name)
+        path = pair_path("active-set", "obstacle", name)
         assert (path in known) == shown[:, pair].any()
         if path in known:
             begin = int(shown[:, pair].argmax())
             rows = rows_of(folder / "run.rrd", path)
             assert rows["tick"] == list(range(2 * begin, len(steps["active-set"]), 2))
             np.testing.assert_array_equal(np.ravel(rows["scalars"]), every[begin:, pair])
-    least = rows_of(folder / "run.rrd", least_line("active-set", "obstacle"))["scalars"]
+    least = rows_of(folder / "run.rrd", least_distance_path("active-set", "obstacle"))["scalars"]
     np.testing.assert_array_equal(np.ravel(least), every.min(axis=1))
-    margin = rows_of(folder / "run.rrd", margin_line("obstacle"))["scalars"]
+    margin = rows_of(folder / "run.rrd", margin_path("obstacle"))["scalars"]
     assert set(np.ravel(margin)) == {MARGIN}
 
 
@@ -203,10 +214,10 @@ def test_every_obstacle_stands_in_the_scene_of_every_resolver(folder):
 
 def test_a_flat_arm_stays_flat_and_the_camera_sees_its_obstacles(info):
     """Room for the ball, not for its thickness; the half-space has no end and claims none."""
-    place = Scene(info).place
-    assert place.flat
-    assert place.lower[1] <= -0.25
-    assert place.upper[2] - place.lower[2] < 0.05
+    room = Scene(info).arrangement
+    assert room.flat
+    assert room.lower[1] <= -0.25
+    assert room.upper[2] - room.lower[2] < 0.05
 
 
 @pytest.mark.parametrize(
@@ -219,7 +230,7 @@ def test_a_flat_arm_stays_flat_and_the_camera_sees_its_obstacles(info):
 )
 def test_the_box_around_an_obstacle_is_tight(shape):
     """Every support of the shape lies on a face: checked along the six axes in closed form."""
-    lower, upper = corners(shape)
+    lower, upper = obstacle_corners(shape)
     match shape:
         case Sphere():
             expected = np.array([[-0.3, -0.2, -0.1], [0.5, 0.6, 0.7]])
@@ -235,17 +246,22 @@ def test_obstacles_of_an_objective_are_drawn_too(near):
     ball, other = OBSTACLES[0], Sphere((0.0, 1.0, 0.0), 0.1, name="other")
     climb = GradientTask(ObstacleDistance([ball, other]))
     stack = Stack([*near.stack.levels, [climb]], near.stack.limits)
-    assert declared_obstacles(RunInfo(replace(near, stack=stack), NAMES)) == (*OBSTACLES, other)
+    assert list(declared_obstacles(RunInfo(replace(near, stack=stack), NAMES)).values()) == [
+        *OBSTACLES,
+        other,
+    ]
 
 
-def test_lanes_of_distance_rows_say_held_off_under_plain_names(folder):
-    """The lane of a pair is red, says what the row does, and its title needs no escapes."""
-    lanes = [p for p in entities(folder / "run.rrd") if p.startswith(of("active-set", "active", "obstacle"))]
-    assert lanes
-    assert not any("\\" in lane for lane in lanes)
+def test_timeline_rows_of_distance_limits_say_held_off_under_plain_names(folder):
+    """The timeline row of a pair is red, says what the row does, and its title needs no escapes."""
+    rows = [
+        p for p in entities(folder / "run.rrd") if p.startswith(data_path("active-set", "active", "obstacle"))
+    ]
+    assert rows
+    assert not any("\\" in row for row in rows)
     labels = [
         label
-        for batch in batches(folder / "run.rrd", lanes[0])
+        for batch in batches(folder / "run.rrd", rows[0])
         for name in batch.schema.names
         if name.endswith("labels")
         for label in batch.column(name).to_pylist()[0]
@@ -256,24 +272,24 @@ def test_lanes_of_distance_rows_say_held_off_under_plain_names(folder):
 
 def test_all_pairs_of_a_limit_share_one_line_of_multipliers(folder, info, steps):
     """The line is the multiplier of the pair that costs most; the others are bounds, by joint."""
-    names = [name for name, _ in priced_lines(info)]
+    names = list(multiplier_lines(info))
     assert names == ["obstacle", "itself", "joint1", "joint2", "joint3"]
-    lines = np.array(rows_of(folder / "run.rrd", of("active-set", "multiplier"))["scalars"])
+    lines = np.array(rows_of(folder / "run.rrd", data_path("active-set", "multiplier"))["scalars"])
     batch = Batch(tuple(steps["active-set"]))
     rows = [row for row, limit in pair_rows(info).items() if limit == "obstacle"]
-    np.testing.assert_array_equal(np.abs(lines[:, 0]), np.abs(batch.price[:, rows]).max(axis=1))
+    np.testing.assert_array_equal(np.abs(lines[:, 0]), np.abs(batch.multiplier[:, rows]).max(axis=1))
     assert lines[:, 0].min() < 0.0
 
 
-def test_events_and_card_say_how_near_it_was(folder, info, steps):
-    """The closed form is reported below the margin; the card has the least distance of each limit [mm]."""
+def test_events_and_summary_panel_say_how_near_it_was(folder, info, steps):
+    """The closed form is reported below the margin; the panel has the least distance of each limit [mm]."""
     texts = [text[0] for text in rows_of(folder / "run.rrd", "/run/events")["text"]]
     assert "pinv: nearer than the margin of obstacle" in texts
     assert not any(text.startswith("active-set: nearer") for text in texts)
-    card = Card(info, LimitGauge(info))
+    panel = SummaryPanel(info, LimitGauge(info))
     for own in steps.values():
-        card.take(Batch(tuple(own)))
-    text = card.text("finished")
+        panel.take(Batch(tuple(own)))
+    text = panel.text("finished")
     least = min(step.distances["obstacle"].distance.min() for step in steps["active-set"])
     row = next(line for line in text.splitlines() if line.startswith("| active-set"))
     assert row.split("|")[5].strip() == f"{1e3 * least:.3g}"
@@ -295,7 +311,7 @@ def test_at_most_three_pairs_are_drawn_at_a_time():
     """The nearest three of those within the influence, and none beyond it."""
     distance = np.array([[0.5, 0.1, 0.2, -0.1, 0.3], [0.9, 0.9, 0.35, 0.9, 0.9], [1.0, 1.0, 1.0, 1.0, 1.0]])
     expected = [[False, True, True, True, False], [False, False, True, False, False], [False] * 5]
-    assert nearest(distance, 0.4).tolist() == expected
+    assert nearest_pairs(distance, 0.4).tolist() == expected
 
 
 def test_a_distance_a_millimetre_below_the_margin_is_seen(info, steps, tmp_path):
@@ -303,9 +319,56 @@ def test_a_distance_a_millimetre_below_the_margin_is_seen(info, steps, tmp_path)
     step = steps["active-set"][0]
     distance, witness = step.distances["obstacle"]
     lie = Measured(distance - distance.min() + MARGIN - 1e-3, witness)
-    log = Gatherer(info, [StreamSink(tmp_path / "run.rrd")])
+    log = BufferedRecorder(info, [RecordingSink(tmp_path / "run.rrd")])
     with log:
         log.write(replace(step, distances={**step.distances, "obstacle": lie}))
-    assert rows_of(tmp_path / "run.rrd", f"{WORLD}/distance/obstacle")["colors"][0][0] == BROKEN
+    assert rows_of(tmp_path / "run.rrd", f"{WORLD}/distance/obstacle")["colors"][0][0] == VIOLATED
     texts = [text[0] for text in rows_of(tmp_path / "run.rrd", "/run/events")["text"]]
     assert "active-set: nearer than the margin of obstacle" in texts
+
+
+def test_an_obstacle_has_one_name_in_rows_scene_plots_and_events(near, tmp_path):
+    """Of [ball, sphere, sphere] the spheres are "sphere" and "sphere 2" wherever a name is shown.
+
+    The oracle numbers the spheres by hand; a second numbering anywhere would add or miss a name.
+    """
+    balls = [
+        Sphere((0.85, -0.15, 0.0), 0.1, name="ball"),
+        Sphere((0.85, -0.2, 0.0), 0.1),
+        Sphere((0.8, -0.2, 0.0), 0.1),
+    ]
+    names = {"ball", "sphere", "sphere 2"}
+    limits = [ObstacleLimit(balls, MARGIN, INFLUENCE), JointVelocityLimit(velocity=6.0)]
+    scenario = replace(near, stack=Stack(near.stack.levels, limits), name="spheres")
+    info = RunInfo(scenario, ("active-set",))
+    log = Log(info, tmp_path)
+    with log:
+        for step in run(scenario, resolver("active-set")):
+            log.write(step)
+    assert set(declared_obstacles(info)) == names
+    rows = {row.split(" – ")[1] for row in info.plan.distance_limits["obstacle"].row_names}
+    assert rows == names
+    known = entities(tmp_path / "run.rrd")
+    scene = {path for path in known if path.startswith(f"{WORLD}/obstacle/")}
+    assert scene == {f"{WORLD}/obstacle/{escaped_part(name)}" for name in names}
+    plotted = {
+        path for path in known if path.startswith(data_path("active-set", "distance", "obstacle") + "/")
+    }
+    pairs = info.plan.distance_limits["obstacle"].row_names
+    assert plotted
+    assert plotted <= {pair_path("active-set", "obstacle", pair) for pair in pairs}
+    table = {row["nearest/obstacle"].split(" – ")[1] for row in read_table(tmp_path).to_pylist()}
+    assert table <= names
+    active = {
+        name for row in read_table(tmp_path).to_pylist() for name in row["active"] if "obstacle/" in name
+    }
+    assert active
+    assert {name.split(" – ")[1].rsplit(" ", 1)[0] for name in active} <= names
+
+
+def test_two_limits_that_give_one_name_to_two_obstacles_are_told_apart(near):
+    """The scene numbers further only what would else be one entity; one obstacle of both is drawn once."""
+    one, two = Sphere((0.0, 1.0, 0.0), 0.1), Sphere((0.0, 2.0, 0.0), 0.1)
+    limits = [ObstacleLimit([one], name="near"), ObstacleLimit([two, one], name="far")]
+    info = RunInfo(replace(near, stack=Stack(near.stack.levels, limits)), NAMES)
+    assert declared_obstacles(info) == {"sphere": one, "sphere 2": two}

@@ -6,19 +6,20 @@ from pathlib import Path
 import pytest
 
 from taskopt.errors import InvalidValue, MissingFile
+from taskopt.record.reading import find_recording
 from taskopt.record.viewer import open as viewing
 
 
 def test_a_path_means_its_recording(folder, tmp_path):
     """A file is itself, a log its recording, a folder of logs the newest."""
     file = folder / "run.rrd"
-    assert viewing.recording(file) == file
-    assert viewing.recording(folder) == file
-    assert viewing.recording(folder.parent) == file
+    assert find_recording(file) == file
+    assert find_recording(folder) == file
+    assert find_recording(folder.parent) == file
     with pytest.raises(MissingFile, match="no recording or log folder"):
-        viewing.recording(tmp_path / "nowhere")
+        find_recording(tmp_path / "nowhere")
     with pytest.raises(MissingFile, match="make one with"):
-        viewing.recording(tmp_path)
+        find_recording(tmp_path)
 
 
 def test_without_a_display_the_message_has_the_way_out(folder, monkeypatch):

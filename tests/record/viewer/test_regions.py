@@ -8,9 +8,9 @@ from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.task import BoxTask, During, GazeTask
 from taskopt.loop.run import run
 from taskopt.record.batch import Batch
-from taskopt.record.recorder import RunInfo
-from taskopt.record.viewer.arrangement import Place
-from taskopt.record.viewer.palette import part
+from taskopt.record.run_info import RunInfo
+from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions, cone_lines
 from taskopt.resolver.active_set.resolver import ActiveSet
 
@@ -21,10 +21,10 @@ class Told:
     def __init__(self) -> None:
         self.logged: dict[str, object] = {}
 
-    def static(self, path: str, *archetypes: object) -> None:
+    def log_static(self, path: str, *archetypes: object) -> None:
         self.logged[path] = archetypes[0]
 
-    def columns(self, path: str, tick: object, time: object, columns: object) -> None:
+    def send_columns(self, path: str, tick: object, time: object, columns: object) -> None:
         self.logged[f"{path} moves"] = columns
 
 
@@ -47,18 +47,18 @@ def test_boxes_stand_with_their_open_sides_at_the_end_of_the_scene_and_cones_mov
     look = During(GazeTask("tip", target=(1.0, 1.0, 0.0), half_angle=0.5, axis=(1, 0, 0), name="look"))
     stack = Stack([[box, look], [JointTask([1.0, 0.3])]])
     scenario = Scenario(robot=arm, q0=[0.3, 0.5], stack=stack, duration=0.02, dt=2e-3, name="regions")
-    place = Place(np.full(3, -2.0), np.full(3, 2.0), flat=False, columns=1)
+    place = Arrangement(np.full(3, -2.0), np.full(3, 2.0), flat=False, columns=1)
     regions, stage = Regions(RunInfo(scenario, ("active-set",)), place), Told()
-    regions.draw(stage, "world")  # type: ignore[arg-type]
-    drawn = stage.logged[f"world/task/{part('box')}/region"]
+    regions.draw(stage, "active-set")  # type: ignore[arg-type]
+    drawn = stage.logged[world_path("active-set", "task", "box", "region")]
     half, centre = (np.array(getattr(drawn, name).as_arrow_array().to_pylist()[0]) for name in
                     ("half_sizes", "centers"))  # fmt: skip
     np.testing.assert_allclose(centre - half, [0.2, -2.0, -2.0], atol=1e-6)
     np.testing.assert_allclose(centre + half, [0.9, 2.0, 2.0], atol=1e-6)
     batch = Batch(tuple(run(scenario, ActiveSet())))
-    regions.send(stage, "world", batch, np.array([0, 9]))  # type: ignore[arg-type]
-    assert f"world/task/{part('look')}/region" in stage.logged
-    columns = list(stage.logged[f"world/task/{part('look')}/region moves"])  # type: ignore[call-overload]
+    regions.send(stage, batch, np.array([0, 9]))  # type: ignore[arg-type]
+    assert world_path("active-set", "task", "look", "region") in stage.logged
+    columns = list(stage.logged[world_path("active-set", "task", "look", "region") + " moves"])  # type: ignore[call-overload]
     places = next(c.as_arrow_array().to_pylist() for c in columns if "translation" in str(c.descriptor))
     for place_, k in zip(places, (0, 9), strict=True):
         np.testing.assert_allclose(place_[0], Configuration(arm, batch.q[k]).pose("tip")[:3, 3], atol=1e-6)

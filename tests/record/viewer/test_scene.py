@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.robot import Robot
-from taskopt.record.viewer.arrangement import Place
-from taskopt.record.viewer.robot3d import RobotDrawing, _triangles
-from taskopt.record.viewer.scene import Scene, _quaternion
+from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.robot3d import RobotDrawing
+from taskopt.record.viewer.robot3d import triangles as triangles_of
+from taskopt.record.viewer.scene import desired_paths
+from taskopt.record.viewer.velocity_ellipsoid import quaternion as quaternion_of
 from tests.helpers.rrd import entities, rows_of
 
 WORLD = "/world/active-set"
@@ -36,7 +38,7 @@ def test_the_axes_of_an_ellipsoid_survive_as_a_quaternion(omega, mirrored):
     R = exp3(np.array(omega))
     axes = R * [1.0, 1.0, -1.0] if mirrored else R
     shape = np.diag([4.0, 2.0, 1.0])
-    quaternion = _quaternion(axes)
+    quaternion = quaternion_of(axes)
     assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=1e-12)
     Q = turned(quaternion)
     np.testing.assert_allclose(Q @ shape @ Q.T, axes @ shape @ axes.T, atol=1e-9)
@@ -85,7 +87,7 @@ def test_the_trail_is_one_unbroken_path_of_the_frame(folder, steps):
 
 def test_the_desired_path_is_the_circle(info):
     """Known before the run: all its points are 0.2 m from one centre."""
-    path = Scene(info)._desired["tip position"][:, :2]
+    path = desired_paths(info)["tip position"][:, :2]
     rows = np.c_[2 * path, np.ones(len(path))]
     centre = np.linalg.lstsq(rows, (path**2).sum(axis=1), rcond=None)[0][:2]
     np.testing.assert_allclose(np.linalg.norm(path - centre, axis=1), 0.2, atol=1e-9)
@@ -99,7 +101,7 @@ def test_the_desired_path_is_the_circle(info):
 def test_no_two_robots_share_their_room(count, span, flat):
     """The boxes of any two places are apart."""
     size = np.array(span)
-    place = Place(-0.5 * size, 0.5 * size, flat, count if count <= 3 else -(-count // 2))
+    place = Arrangement(-0.5 * size, 0.5 * size, flat, count if count <= 3 else -(-count // 2))
     offsets = [place.offset(i) for i in range(count)]
     for i in range(count):
         for j in range(i):
@@ -110,7 +112,7 @@ def test_a_mesh_becomes_triangles_with_unit_normals():
     """Of the Panda's hand: every index is a vertex, every used vertex has a normal of length 1, outward."""
     robot = Robot.load("panda")
     form = next(s.geometry for s in robot.visual.geometryObjects if "hand" in s.name)
-    vertices, triangles, normals = _triangles(form)
+    vertices, triangles, normals = triangles_of(form)
     assert triangles.min() >= 0
     assert triangles.max() < len(vertices)
     used = np.unique(triangles)
@@ -125,7 +127,7 @@ def test_every_robot_shape_has_a_drawing():
     drawn: list[str] = []
 
     class Paper:
-        def static(self, path, *archetypes):
+        def log_static(self, path, *archetypes):
             drawn.append(path)
 
     for name in ("panda", "tiago"):

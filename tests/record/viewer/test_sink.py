@@ -5,8 +5,9 @@ import pytest
 
 from taskopt.record.batch import Batch
 from taskopt.record.viewer import blueprint as layout
-from taskopt.record.viewer.plots import compared, of, priced_lines
-from taskopt.record.viewer.sink import StreamSink
+from taskopt.record.viewer.paths import closed_form_path, data_path
+from taskopt.record.viewer.plots import multiplier_lines
+from taskopt.record.viewer.sink import RecordingSink
 from tests.helpers.rrd import batches, entities, layout_words, rows_of, written_in_pieces
 
 NAMES = ("active-set", "wqp/daqp", "pinv")
@@ -16,59 +17,59 @@ NAMES = ("active-set", "wqp/daqp", "pinv")
 def test_q_and_v_are_recorded_at_every_tick_to_the_last_bit(folder, steps, name):
     """The series of the recording equal the steps, and their times are whole nanoseconds."""
     for key in ("q", "v"):
-        rows = rows_of(folder / "run.rrd", of(name, key))
+        rows = rows_of(folder / "run.rrd", data_path(name, key))
         assert rows["tick"] == [step.index for step in steps[name]]
         assert rows["sim_time"] == [round(step.t * 1e9) for step in steps[name]]
         np.testing.assert_array_equal(np.array(rows["scalars"]), [getattr(step, key) for step in steps[name]])
 
 
-def test_errors_prices_and_distances_are_those_of_the_steps(folder, steps, info):
+def test_errors_multipliers_and_distances_are_those_of_the_steps(folder, steps, info):
     """Task error, multipliers, certificate, distance to the closed form: each from its step."""
     file, own = folder / "run.rrd", steps["active-set"]
     batch = Batch(tuple(own))
-    error = rows_of(file, of("active-set", "task", "tip position", "m"))["scalars"]
+    error = rows_of(file, data_path("active-set", "task", "tip position", "m"))["scalars"]
     np.testing.assert_allclose(
         np.ravel(error), [np.linalg.norm(step.errors["tip position"]) for step in own], rtol=1e-14
     )
-    price = np.array(rows_of(file, of("active-set", "multiplier"))["scalars"])
-    np.testing.assert_array_equal(price[:, :3], batch.price[:, :3])
-    assert [name for name, _ in priced_lines(info)] == ["joint1", "joint2", "joint3"]
-    proof = np.ravel(rows_of(file, of("active-set", "certificate"))["scalars"])
-    np.testing.assert_allclose(10**proof, np.maximum(batch.worst, 1e-17), rtol=1e-12)
-    distance = np.ravel(rows_of(file, compared("active-set"))["scalars"])
-    np.testing.assert_allclose(10**distance, np.maximum(batch.twin_distance, 1e-17), rtol=1e-12)
+    multiplier = np.array(rows_of(file, data_path("active-set", "multiplier"))["scalars"])
+    np.testing.assert_array_equal(multiplier[:, :3], batch.multiplier[:, :3])
+    assert list(multiplier_lines(info)) == ["joint1", "joint2", "joint3"]
+    proof = np.ravel(rows_of(file, data_path("active-set", "certificate"))["scalars"])
+    np.testing.assert_allclose(10**proof, np.maximum(batch.certificate, 1e-17), rtol=1e-12)
+    distance = np.ravel(rows_of(file, closed_form_path("active-set"))["scalars"])
+    np.testing.assert_allclose(10**distance, np.maximum(batch.closed_form_distance, 1e-17), rtol=1e-12)
 
 
 def test_normalised_series_reach_one_exactly_at_a_limit(folder, steps):
     """v / 0.9 of the optimiser touches ±1 and never exceeds it; the closed form does."""
     largest = {
-        name: np.abs(np.array(rows_of(folder / "run.rrd", of(name, "v_normalised"))["scalars"])).max()
+        name: np.abs(np.array(rows_of(folder / "run.rrd", data_path(name, "v_normalised"))["scalars"])).max()
         for name in ("active-set", "pinv")
     }
     assert largest["active-set"] == pytest.approx(1.0, abs=1e-9)
     assert largest["pinv"] > 1.05
-    q = np.array(rows_of(folder / "run.rrd", of("pinv", "q_normalised"))["scalars"])
+    q = np.array(rows_of(folder / "run.rrd", data_path("pinv", "q_normalised"))["scalars"])
     np.testing.assert_allclose(q, [step.q / 3.0 for step in steps["pinv"]], atol=1e-15)
 
 
-def test_lanes_replayed_give_the_active_set_of_every_tick(folder, steps):
-    """From the changes alone, the state of each lane at each tick is that of the resolution."""
+def test_the_timeline_replayed_give_the_active_set_of_every_tick(folder, steps):
+    """From the changes alone, the state of each row at each tick is that of the resolution."""
     batch = Batch(tuple(steps["active-set"]))
     for row, joint in enumerate(("joint1", "joint2", "joint3")):
-        rows = rows_of(folder / "run.rrd", of("active-set", "active", joint))
-        lane = dict(zip(rows.get("tick", []), (state[0] for state in rows.get("state", [])), strict=True))
+        rows = rows_of(folder / "run.rrd", data_path("active-set", "active", joint))
+        changes = dict(zip(rows.get("tick", []), (state[0] for state in rows.get("state", [])), strict=True))
         state = "free"
         for k in batch.index.tolist():
-            state = lane.get(k, state)
+            state = changes.get(k, state)
             assert state == batch.code_words(row, int(batch.active_code[k, row]))
 
 
-def test_a_closed_form_that_breaks_a_limit_has_a_lane_that_says_so(folder):
-    """The lanes of `pinv` show where it is over its velocity limit."""
+def test_a_closed_form_that_breaks_a_limit_has_a_row_that_says_so(folder):
+    """The rows of `pinv` show where it is over its velocity limit."""
     states = {
         state[0]
         for joint in ("joint1", "joint2", "joint3")
-        for state in rows_of(folder / "run.rrd", of("pinv", "active", joint)).get("state", [])
+        for state in rows_of(folder / "run.rrd", data_path("pinv", "active", joint)).get("state", [])
     }
     assert any(state.startswith("over joint_velocity") for state in states)
 
@@ -76,7 +77,7 @@ def test_a_closed_form_that_breaks_a_limit_has_a_lane_that_says_so(folder):
 def test_events_name_what_binds_and_what_breaks(folder):
     """The log has the limit that binds, by resolver, and the closed form's excess."""
     texts = [text[0] for text in rows_of(folder / "run.rrd", "/run/events")["text"]]
-    assert any(text.startswith("active-set: joint_velocity/joint") and "binds" in text for text in texts)
+    assert any(text.startswith("active-set: joint_velocity/joint") and "is active" in text for text in texts)
     assert any(text == "pinv: a joint is over its velocity limit" for text in texts)
     assert not any(text.startswith("active-set: a joint") for text in texts)
 
@@ -99,7 +100,7 @@ def test_the_layout_shows_only_what_exists(folder, info, monkeypatch):
     monkeypatch.setattr(
         layout, "_plot", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1]
     )
-    sink = StreamSink(folder / "unused.rrd")
+    sink = RecordingSink(folder / "unused.rrd")
     sink.open(info)
     sink.close("finished")
     assert len(asked) > 10
@@ -109,14 +110,14 @@ def test_the_layout_shows_only_what_exists(folder, info, monkeypatch):
 def test_the_layout_stands_in_the_file(folder):
     """Opening the file needs nothing else: it carries a blueprint with the views by name."""
     views = layout_words(folder / "run.rrd")
-    assert {"Robots, one a resolver", "Run card", "Task error [m]", "What binds: active-set"} <= views
+    assert {"Robots, one a resolver", "Summary", "Task error [m]", "Active set: active-set"} <= views
 
 
-def test_the_card_ends_with_the_figures(folder, steps):
-    """The last card says finished, and how often a limit held the arm."""
+def test_the_summary_panel_ends_with_the_figures(folder, steps):
+    """The last summary panel says finished, and how often a limit held the arm."""
     texts = [
         batch.column("TextDocument:text").to_pylist()[0][0]
-        for batch in batches(folder / "run.rrd", "/run/card")
+        for batch in batches(folder / "run.rrd", "/run/summary")
         if "TextDocument:text" in batch.schema.names
     ]
     last = texts[-1]
@@ -129,11 +130,11 @@ def test_batches_of_any_size_make_the_same_recording(info, steps, tmp_path):
     """Cutting a run into pieces changes neither a row nor a path segment."""
     files = written_in_pieces(info, steps["active-set"], tmp_path)
     for path in (
-        of("active-set", "q"),
-        of("active-set", "multiplier"),
+        data_path("active-set", "q"),
+        data_path("active-set", "multiplier"),
         "/world/active-set/task/tip\\ position/actual",
         "/world/active-set/ellipsoid",
-        of("active-set", "active", "joint1"),
+        data_path("active-set", "active", "joint1"),
     ):
         one, other = (rows_of(file, path) for file in files)
         assert one.keys() == other.keys(), path

@@ -13,7 +13,7 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.record.viewer.open import listens, viewer_program
-from taskopt.record.viewer.writer import Stage
+from taskopt.record.viewer.writer import RecordingWriter
 from tests.helpers.rrd import rows_of
 
 TICKS = 60
@@ -24,18 +24,18 @@ def recorded(file: Path, live: str | None, between=None) -> float:
     import rerun as rr
     import rerun.blueprint as rrb
 
-    stage = Stage(file, "test", rrb.Blueprint(), live)
+    writer = RecordingWriter(file, "test", rrb.Blueprint(), live)
     longest = 0.0
     for k in range(TICKS):
         begin = time.perf_counter()
         row = np.array([k])
-        stage.columns("/x", row, row.astype("timedelta64[ns]"), rr.Scalars.columns(scalars=[float(k)]))
-        stage.flush()
+        writer.send_columns("/x", row, row.astype("timedelta64[ns]"), rr.Scalars.columns(scalars=[float(k)]))
+        writer.flush()
         longest = max(longest, time.perf_counter() - begin) if k else 0.0
         if between is not None:
             between(k)
         time.sleep(0.01)
-    stage.close()
+    writer.close()
     return longest
 
 
