@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from taskopt.errors import TaskoptError as TaskoptError
     from taskopt.errors import UnknownName as UnknownName
     from taskopt.hierarchy.active import Active as Active
-    from taskopt.hierarchy.alternation import Chatter as Chatter
-    from taskopt.hierarchy.alternation import chatter as chatter
+    from taskopt.hierarchy.alternation import Alternation as Alternation
+    from taskopt.hierarchy.alternation import alternations as alternations
     from taskopt.hierarchy.certificate import Certificate as Certificate
     from taskopt.hierarchy.certificate import certify as certify
     from taskopt.hierarchy.damping import Chiaverini as Chiaverini
@@ -123,6 +123,7 @@ _HOME = {
     "Active": "taskopt.hierarchy.resolution",
     "ActiveSet": "taskopt.resolver.active_set.resolver",
     "ActiveSetWithFallback": "taskopt.resolver.fallback",
+    "Alternation": "taskopt.hierarchy.alternation",
     "Array": "taskopt.arrays",
     "BadLog": "taskopt.errors",
     "Block": "taskopt.hierarchy.layout",
@@ -134,7 +135,6 @@ _HOME = {
     "Cause": "taskopt.hierarchy.review",
     "CentreOfMassTask": "taskopt.kinematics.task",
     "Certificate": "taskopt.hierarchy.certificate",
-    "Chatter": "taskopt.hierarchy.alternation",
     "Chiaverini": "taskopt.hierarchy.damping",
     "Circle": "taskopt.kinematics.target",
     "Comparison": "taskopt.compare",
@@ -213,9 +213,9 @@ _HOME = {
     "UnknownName": "taskopt.errors",
     "UserFunction": "taskopt.kinematics.objective",
     "WeightedQP": "taskopt.resolver.weighted",
+    "alternations": "taskopt.hierarchy.alternation",
     "certify": "taskopt.hierarchy.certificate",
     "certify_velocity": "taskopt.hierarchy.multipliers",
-    "chatter": "taskopt.hierarchy.alternation",
     "find_conflict": "taskopt.resolver.infeasible",
     "largest_jump": "taskopt.kinematics.task.transition",
     "load_scenario": "taskopt.loop.scenario",

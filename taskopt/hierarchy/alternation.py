@@ -1,4 +1,8 @@
-"""Limits that bind and let go over and over, by name, with the cause that the ticks speak for."""
+"""Alternation: limits that enter and leave the active set over and over, by name, with the likely cause.
+
+A limit alternates if one of its two bounds becomes active or inactive in many ticks. Each change shows
+symptoms of one or more causes, and a cause is suggested where its symptom showed in half of the changes.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -9,22 +13,28 @@ import numpy as np
 from taskopt.arrays import positive
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.tolerances import DECISIVE_MULTIPLIER, LOST_FOR_GOOD, NEAR_RANK_LOSS, SIGN_CHANGE
 
-_WEAK = 1e-8  # a price below it, relative to max(1, the largest), decides nothing
-_THIN = 1e-3  # σ_min/σ_max of a level below it is near a loss of rank
-_FEW = 4  # changes that may have any cause
-_JUDGED = 100  # changes of one side that are looked at for their cause
+_FEW = 4  # changes of one bound that any run may have, such as one contact at the start and one at the end
+_JUDGED = 100  # changes of one bound that are examined: more cost time (singular values) and say no more
 
 ADVICE = {
-    "tolerance": "it is met at no price, and rounding decides; widen it a little, or ask less next to it",
+    "tolerance": "its multiplier is zero, and rounding decides; widen it a little, or ask less next to it",
     "rank": "a level is near a loss of rank, as where a target is out of reach; damp it, or ask for less",
     "gain": "targets are overshot from tick to tick; lower the gain below 1/Δt",
     "dt": "the bound itself moves more than a step can follow; shorten Δt, or lower the limit's gain",
 }
 
 
-class Chatter(NamedTuple):
-    """How often one side of a limit bound or let go, and why: a key of `ADVICE`."""
+class Alternation(NamedTuple):
+    """One bound that alternates.
+
+    Attributes:
+        name: Name of the bound, such as "velocity/joint4 upper".
+        changes: Number of ticks in which it became active or inactive.
+        per_second: The same per second of the run [1/s].
+        cause: The cause that is suggested, a key of `ADVICE`.
+    """
 
     name: str
     changes: int
@@ -38,101 +48,139 @@ class Chatter(NamedTuple):
 
 @dataclass
 class _Count:
-    """The changes of one side, and in how many of those looked at each cause showed."""
+    """The changes of one bound, and in how many of those examined the symptom of each cause showed."""
 
     changes: int = 0
     shows: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ADVICE, 0))
 
     @property
     def cause(self) -> str:
-        looked_at = min(self.changes, _JUDGED)
-        return next((cause for cause, shown in self.shows.items() if 2 * shown >= looked_at), "dt")
+        """The first cause of `ADVICE` whose symptom showed in half of the changes; "dt" if none did."""
+        examined = min(self.changes, _JUDGED)
+        return next((cause for cause, shown in self.shows.items() if 2 * shown >= examined), "dt")
 
 
-class ChatterWatch:
-    """Counts tick by tick, with steps of dt [s]; keeps no tick but the last."""
+class AlternationWatch:
+    """Counts the alternations of a run tick by tick, and keeps no tick but the last.
+
+    Args:
+        dt: Length of a step [s].
+
+    Raises:
+        InvalidValue: dt is not a positive number.
+    """
 
     def __init__(self, dt: float) -> None:
         self._dt, self._ticks = positive("dt", dt), 0
         self._counts: dict[str, _Count] = {}
-        self._before: Resolution | None = None
+        self._previous: Resolution | None = None
 
     def add(self, resolution: Resolution) -> None:
-        """Take the next tick in."""
-        if self._before is not None and _differ(self._before, resolution):
-            self._compare(self._before, resolution)
-        self._before, self._ticks = resolution, self._ticks + 1
+        """Compare the next tick with the one before it.
 
-    def found(self, per_second: float = 10.0) -> tuple[Chatter, ...]:
-        """The sides that changed at least so often per second, most often first."""
+        Args:
+            resolution: The answer of the next tick.
+        """
+        if self._previous is not None and _may_differ(self._previous, resolution):
+            self._compare(self._previous, resolution)
+        self._previous, self._ticks = resolution, self._ticks + 1
+
+    def found(self, per_second: float = 10.0) -> tuple[Alternation, ...]:
+        """Return the bounds that alternate.
+
+        Args:
+            per_second: Least number of changes per second [1/s].
+
+        Returns:
+            One entry for each bound, the one with the most changes first.
+        """
         seconds = self._ticks * self._dt
         found = [
-            Chatter(name, count.changes, count.changes / seconds, count.cause)
+            Alternation(name, count.changes, count.changes / seconds, count.cause)
             for name, count in self._counts.items()
             if count.changes > _FEW and count.changes >= per_second * seconds
         ]
         return tuple(sorted(found, key=lambda row: -row.changes))
 
-    def _compare(self, before: Resolution, now: Resolution) -> None:
-        then, since = ({str(row): row.multiplier for row in tick.active} for tick in (before, now))
-        changed = [(name, self._counts.setdefault(name, _Count())) for name in then.keys() ^ since.keys()]
+    def _compare(self, previous: Resolution, now: Resolution) -> None:
+        """Count each bound that is active in one of two ticks only, with the symptoms of that change."""
+        old, new = ({str(row): row.multiplier for row in tick.active} for tick in (previous, now))
+        changed = [(name, self._counts.setdefault(name, _Count())) for name in old.keys() ^ new.keys()]
         if any(count.changes < _JUDGED for _, count in changed):
-            overshot, thin = _overshot(before, now), _thin(before.problem, now.problem)
+            overshot = _overshot(previous.problem, now.problem)
+            near_rank_loss = _near_rank_loss(previous.problem, now.problem)
             for name, count in changed:
                 if count.changes < _JUDGED:
-                    tick, price = (before, then[name]) if name in then else (now, since[name])
+                    tick, multiplier = (previous, old[name]) if name in old else (now, new[name])
                     largest = max(1.0, float(np.abs(tick.multipliers).max()))
-                    count.shows["tolerance"] += abs(price) <= _WEAK * largest
-                    count.shows["gain"] += overshot or _crossed(name, then, since)
-                    count.shows["rank"] += thin
+                    count.shows["tolerance"] += abs(multiplier) <= DECISIVE_MULTIPLIER * largest
+                    count.shows["gain"] += overshot or _crossed(name, old, new)
+                    count.shows["rank"] += near_rank_loss
         for _, count in changed:
             count.changes += 1
 
 
-def chatter(resolutions: Iterable[Resolution], dt: float, per_second: float = 10.0) -> tuple[Chatter, ...]:
-    """The sides that changed at least so often per second of a run with steps of dt [s], most often first.
+def alternations(
+    resolutions: Iterable[Resolution], dt: float, per_second: float = 10.0
+) -> tuple[Alternation, ...]:
+    """Return the bounds that alternate in a run, each with the cause that is suggested.
 
-    A cause is suggested if it showed in half of the changes: no price; a level near a loss of rank, or rows
-    that one step changed by more than their smallest singular value; targets that changed side, or a row
-    that went from one of its bounds to the other, from one tick to the next; in this order. Else it is the
-    length of the step.
+    The symptoms of a change are, in the order in which the causes are suggested: the multiplier is zero
+    (tolerance); a level is near a loss of rank, or its rows changed in one step by more than their smallest
+    singular value (rank); the right-hand side of a task changed sign, or a row went from one of its bounds
+    to the other (gain). Without any of them the length of the step is blamed (dt).
+
+    Args:
+        resolutions: The answers of the run, tick by tick.
+        dt: Length of a step [s].
+        per_second: Least number of changes per second [1/s].
+
+    Returns:
+        One entry for each bound, the one with the most changes first.
+
+    Raises:
+        InvalidValue: dt is not a positive number.
     """
-    watch = ChatterWatch(dt)
+    watch = AlternationWatch(dt)
     for resolution in resolutions:
         watch.add(resolution)
     return watch.found(per_second)
 
 
-def _differ(before: Resolution, now: Resolution) -> bool:
-    """Whether the names of what is active may differ; names cost more than states."""
-    same = np.array_equal(before.state, now.state)
-    return not same or not np.array_equal(before.problem.owner, now.problem.owner)
+def _may_differ(previous: Resolution, now: Resolution) -> bool:
+    """Return False if the active bounds of two ticks have the same names, without looking names up."""
+    same = np.array_equal(previous.state, now.state)
+    return not same or not np.array_equal(previous.problem.owner, now.problem.owner)
 
 
-def _crossed(name: str, then: dict[str, float], since: dict[str, float]) -> bool:
-    """Whether the row of a side was at its other bound in the tick beside."""
+def _crossed(name: str, old: dict[str, float], new: dict[str, float]) -> bool:
+    """Return True if the row of a bound that changed stands at its other bound in the other tick."""
     row, _, side = name.rpartition(" ")
     other = f"{row} {'lower' if side == 'upper' else 'upper'}"
-    return other in (since if name in then else then)
+    return other in (new if name in old else old)
 
 
-def _overshot(before: Resolution, now: Resolution) -> bool:
-    """Whether an equality row of some task changed the sign of its right-hand side, and not by rounding."""
-    a, b = before.problem, now.problem
-    same = (a.lower == a.upper) & (b.lower == b.upper)
-    least = 1e-9 * np.maximum(1.0, np.abs(b.lower[same]))
-    return bool((a.lower[same] * b.lower[same] < -(least**2)).any())
+def _overshot(previous: Hierarchy, now: Hierarchy) -> bool:
+    """Return True if the right-hand side of an equality changed its sign by more than rounding."""
+    same = (previous.lower == previous.upper) & (now.lower == now.upper)
+    least = SIGN_CHANGE * np.maximum(1.0, np.abs(now.lower[same]))
+    return bool((previous.lower[same] * now.lower[same] < -(least**2)).any())
 
 
-def _thin(before: Hierarchy, now: Hierarchy) -> bool:
-    """Whether rows up to some level are nearly dependent, but not quite; a step may pass by dependence."""
+def _near_rank_loss(previous: Hierarchy, now: Hierarchy) -> bool:
+    """Return True if the rows up to some level are nearly dependent, or were so within the last step.
+
+    A singular value counts as small below NEAR_RANK_LOSS times the largest one, and below the change of the
+    rows since the last tick, since it may have been zero on the way. Directions that are lost for good do not
+    count.
+    """
     for k in range(1, now.layout.level_count + 1):
         stop = int(now.layout.offsets[k + 1])
         A = now.A[:stop]
         if not A.size:
             continue
         sigma = np.linalg.svd(A, compute_uv=False)
-        near = max(_THIN * sigma[0], float(np.linalg.norm(A - before.A[:stop])))
-        if ((sigma > 1e-12 * sigma[0]) & (sigma < near)).any():
+        small = max(NEAR_RANK_LOSS * sigma[0], float(np.linalg.norm(A - previous.A[:stop])))
+        if ((sigma > LOST_FOR_GOOD * sigma[0]) & (sigma < small)).any():
             return True
     return False

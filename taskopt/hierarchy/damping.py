@@ -1,12 +1,16 @@
-"""How much to damp near a singularity: policies that give k² of (3.59) for every singular direction.
+"""Damping near singularities: policies that choose k² of (3.59) for every singular direction.
 
-A policy sees the singular values σ of a level's rows (as they stand in the null space of the levels
-before, √w times the row, in the metric of the norm) and what the level asks for, and answers with k²:
+A policy gets the singular values σ of a level's rows, as they stand in the null space of the levels before,
+multiplied by √w and in the metric of the norm, and the right-hand side b of the level. It returns k², and the
+level is then solved with
 
-    z = Σ σ_i / (σ_i² + k_i²) v_i u_iᵀ b,
+    z = Σ_i σ_i / (σ_i² + k_i²) v_i u_iᵀ b,
 
-which for one k is J* b (3.59). k² stands in the cost as ½ k² ‖q̇‖², beside ½ ‖b − J q̇‖². It acts in
-the inverse only: what lower levels may still do is decided by the true null space.
+which is J* b of (3.59) where all k_i are the same. In the cost, k² multiplies ½ ‖q̇‖² beside ½ ‖b − J q̇‖².
+Damping acts on the inverse only: lower levels still get the undamped null space.
+
+Source: Siciliano, Sciavicco, Villani and Oriolo (2009), "Robotics: Modelling, Planning and Control",
+Sect. 3.5; equation numbers in parentheses are theirs.
 """
 
 from dataclasses import dataclass
@@ -18,30 +22,50 @@ from taskopt.arrays import Array, positive
 
 
 class Damping(Protocol):
-    """k² ≥ 0 for each singular value."""
+    """A policy that chooses k² ≥ 0 for each singular value.
+
+    Attributes:
+        name: Short name, for tables and plots.
+    """
 
     name: ClassVar[str]
 
     def __call__(self, sigma: Array, b: Array) -> Array:
-        """k² (r,) for σ (r,), falling; b (m,) is what the level asks for, Uᵀ not yet applied."""
+        """Return k² for each singular value.
+
+        Args:
+            sigma: Singular values σ of the level, falling, (r,).
+            b: Right-hand side of the level times √w, before the product with Uᵀ, (m,).
+
+        Returns:
+            k², (r,), in the unit of σ².
+        """
         ...
 
 
 @dataclass(frozen=True)
 class NoDamping:
-    """k = 0: exact, with velocities that grow as 1/σ."""
+    """No damping, k = 0: exact, with velocities that grow as 1/σ."""
 
     name: ClassVar[str] = "none"
 
     def __call__(self, sigma: Array, b: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Return zeros, (r,); see `Damping`."""
         return np.zeros_like(sigma)
 
 
 @dataclass(frozen=True)
 class ConstantDamping:
-    """k² everywhere (3.59): velocities stay below ‖b‖/(2 k), and every task is missed a little.
+    """The same k² everywhere (3.59): velocities stay below ‖b‖/(2 k), and every task is missed a little.
 
-    Nakamura and Hanafusa (1986); Wampler (1986), IEEE Trans. SMC 16(1).
+    Attributes:
+        k: Damping factor, in the unit of σ. Larger values give slower and smoother motions.
+
+    Raises:
+        InvalidValue: k is not a positive number.
+
+    Source: Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3); Wampler (1986),
+    IEEE Trans. Systems, Man, and Cybernetics 16(1).
     """
 
     k: float = 0.05
@@ -51,15 +75,22 @@ class ConstantDamping:
         positive("damping k", self.k)
 
     def __call__(self, sigma: Array, b: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Return k² for each singular value, (r,); see `Damping`."""
         return np.full_like(sigma, self.k**2)
 
 
 @dataclass(frozen=True)
 class NakamuraHanafusa:
-    """k² = k0² (1 − w/w0)² where w < w0, else 0, with w = √det(J Jᵀ) = Π σ, the manipulability (3.56).
+    """k² = k0² (1 − w/w0)² where w < w0, else 0, with the manipulability w = √det(J Jᵀ) = Π σ_i (3.56).
 
-    `k0`: more bounds the velocity lower at the singularity; `w0`: larger starts earlier. Nakamura and
-    Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3).
+    Attributes:
+        k0: Damping factor at the singularity, in the unit of σ. Larger values give lower velocities there.
+        w0: Manipulability at which damping starts. Larger values make it start earlier.
+
+    Raises:
+        InvalidValue: k0 or w0 is not a positive number.
+
+    Source: Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3).
     """
 
     k0: float = 0.1
@@ -71,6 +102,7 @@ class NakamuraHanafusa:
         positive("w0", self.w0)
 
     def __call__(self, sigma: Array, b: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Return the same k² for each singular value, (r,); see `Damping`."""
         w = float(np.prod(sigma))
         return np.full_like(sigma, (self.k0 * max(0.0, 1.0 - w / self.w0)) ** 2)
 
@@ -79,8 +111,14 @@ class NakamuraHanafusa:
 class Chiaverini:
     """k² = k_max² (1 − (σ_min/ε)²) where σ_min < ε, else 0, the same for every direction.
 
-    `epsilon`: the smallest singular value at which damping starts. Chiaverini, Siciliano and Egeland
-    (1994), IEEE Trans. Control Systems Technology 2(2).
+    Attributes:
+        k_max: Damping factor at the singularity, in the unit of σ. Larger values give lower velocities there.
+        epsilon: Smallest singular value ε at which damping starts. Larger values make it start earlier.
+
+    Raises:
+        InvalidValue: k_max or epsilon is not a positive number.
+
+    Source: Chiaverini, Siciliano and Egeland (1994), IEEE Trans. Control Systems Technology 2(2).
     """
 
     k_max: float = 0.05
@@ -92,6 +130,7 @@ class Chiaverini:
         positive("epsilon", self.epsilon)
 
     def __call__(self, sigma: Array, b: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Return the same k² for each singular value, (r,); see `Damping`."""
         least = float(sigma.min(initial=np.inf))
         return np.full_like(sigma, self.k_max**2 * max(0.0, 1.0 - (least / self.epsilon) ** 2))
 
@@ -100,9 +139,17 @@ class Chiaverini:
 class NumericalFiltering:
     """k_i² = k_max² (1 − (σ_i/ε)²) where σ_i < ε, else 0: only directions about to be lost are damped.
 
-    With one small singular value it is the filter of Maciejewski and Klein (1988), J. Robotic Systems
-    5(6), with the factor of `Chiaverini`; each further one gets its own share, so that nothing jumps
-    where two cross.
+    With one small singular value this is numerical filtering with the factor of `Chiaverini`. Each further
+    small one gets its own factor, so that nothing jumps where two singular values cross.
+
+    Attributes:
+        k_max: Damping factor where σ_i = 0, in the unit of σ. Larger values give lower velocities there.
+        epsilon: Singular value ε at which the damping of its direction starts.
+
+    Raises:
+        InvalidValue: k_max or epsilon is not a positive number.
+
+    Source: Maciejewski and Klein (1988), J. Robotic Systems 5(6).
     """
 
     k_max: float = 0.05
@@ -114,16 +161,25 @@ class NumericalFiltering:
         positive("epsilon", self.epsilon)
 
     def __call__(self, sigma: Array, b: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Return k² for each singular value, (r,); see `Damping`."""
         return self.k_max**2 * np.maximum(0.0, 1.0 - (sigma / self.epsilon) ** 2)
 
 
 @dataclass(frozen=True)
 class Sugihara:
-    """k² = ½ ‖e‖² + bias: by the error, not by the singularity; near the goal it all but vanishes.
+    """k² = ½ ‖e‖² + bias: damping by the error of the task, so that it nearly vanishes at the goal.
 
-    A level asks for b = ẋ_d + K e; e is read back as b / `gain`, which is exact for a target at rest,
-    one gain K [1/s] and weights of one, and takes a moving target's feedforward for error. Sugihara
-    (2011), IEEE Trans. Robotics 27(5).
+    A level has the right-hand side b = ẋ_d + K e, and e is computed as b / `gain`. This is exact for a target
+    at rest, one gain K and weights of one; the feedforward ẋ_d of a moving target is taken for error.
+
+    Attributes:
+        gain: Gain K of the task [1/s].
+        bias: The part of k² that is always there, in the unit of σ².
+
+    Raises:
+        InvalidValue: gain or bias is not a positive number.
+
+    Source: Sugihara (2011), IEEE Trans. Robotics 27(5).
     """
 
     gain: float = 1.0
@@ -135,6 +191,7 @@ class Sugihara:
         positive("bias", self.bias)
 
     def __call__(self, sigma: Array, b: Array) -> Array:
+        """Return the same k² for each singular value, (r,); see `Damping`."""
         return np.full_like(sigma, 0.5 * float(b @ b) / self.gain**2 + self.bias)
 
 

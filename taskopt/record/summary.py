@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import IntArray
-from taskopt.hierarchy.alternation import ChatterWatch
+from taskopt.hierarchy.alternation import AlternationWatch
 from taskopt.kinematics.stack import Plan
 from taskopt.kinematics.task.transition import Transition, transitions
 from taskopt.loop.run import Step, tracking_error
@@ -31,7 +31,7 @@ class Continuity:
         """
         self._dt, self._transitions = plan.dt, transitions(plan.tasks)
         self._jumps: dict[tuple[Transition, ...], float] = {}
-        self._alternation = ChatterWatch(plan.dt)
+        self._alternation = AlternationWatch(plan.dt)
         self._previous: Step | None = None
         self._conflicts: Counter[str] = Counter()  # ticks with a conflict, by the status of what was sent
         self._first_conflict = ""

@@ -1,4 +1,4 @@
-"""Chatter: counted by name, with the cause that was planted, and silence where there is none."""
+"""Alternation is counted by name, with the cause that was planted, and only where there is any."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import pytest
 
 from taskopt import Hierarchy, JointTask, JointVelocityLimit, Level, PositionTask, Scenario, Stack
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.alternation import ADVICE, chatter
+from taskopt.hierarchy.alternation import ADVICE, alternations
 from taskopt.hierarchy.damping import ConstantDamping
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.robot import planar_arm
@@ -19,7 +19,7 @@ DT = 1e-2
 
 
 def ticks_of(cause: str) -> Iterator[Hierarchy]:
-    """A hundred ticks whose box binds every other time, for one reason."""
+    """Yield a hundred ticks whose box is active every other time, for one cause."""
     for k in range(100):
         side = 1.0 if k % 2 else -1.0
         A, b, upper = np.eye(2), np.ones(2), np.full(2, 2.0)
@@ -35,13 +35,14 @@ def ticks_of(cause: str) -> Iterator[Hierarchy]:
 
 
 def resolved(cause: str) -> list[Resolution]:
+    """The answers of `active-set` to `ticks_of`."""
     return [ActiveSet()(hierarchy)[0] for hierarchy in ticks_of(cause)]
 
 
 @pytest.mark.parametrize("cause", ADVICE)
 def test_the_planted_cause_is_suggested(cause: str) -> None:
-    """The limit is named, every change is counted, and the words say what to do."""
-    most = chatter(resolved(cause), DT)[0]
+    """The bound is named, every change is counted, and the text says what to do."""
+    most = alternations(resolved(cause), DT)[0]
     assert most.cause == cause
     assert most.name.startswith("box/")
     assert most.changes == 99
@@ -49,13 +50,13 @@ def test_the_planted_cause_is_suggested(cause: str) -> None:
     assert ADVICE[cause] in str(most)
 
 
-def test_what_binds_and_stays_does_not_chatter() -> None:
-    """A limit that binds once, and one that is never met, are not reported."""
+def test_a_bound_that_stays_active_does_not_alternate() -> None:
+    """A bound that becomes active once, and one that never does, are not reported."""
     quiet = [Hierarchy([Level([[1.0]], [2.0 if k > 50 else 0.0])], box=([-1.0], [1.0])) for k in range(100)]
-    assert chatter([ActiveSet()(hierarchy)[0] for hierarchy in quiet], DT) == ()
-    assert chatter([], DT) == ()
+    assert alternations([ActiveSet()(hierarchy)[0] for hierarchy in quiet], DT) == ()
+    assert alternations([], DT) == ()
     with pytest.raises(InvalidValue, match="dt"):
-        chatter([], 0.0)
+        alternations([], 0.0)
 
 
 @pytest.mark.parametrize("gain", [2.0, 20.0])
@@ -67,14 +68,14 @@ def test_a_target_out_of_reach_is_the_rank_and_damping_it_helps_where_a_lower_ga
     for level in ([far], [far, LevelDamping(ConstantDamping(0.3))]):
         stack = Stack([level, [JointTask()]], [JointVelocityLimit()])
         scenario = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.8, dt=2e-3)
-        found.append(chatter((step.resolution for step in run(scenario, ActiveSet())), 2e-3))
+        found.append(alternations((step.resolution for step in run(scenario, ActiveSet())), 2e-3))
     assert {row.cause for row in found[0]} == {"rank"}
     assert found[0][0].per_second > 300.0
     assert found[1] == ()
 
 
-def test_a_run_that_meets_its_limits_once_does_not_chatter() -> None:
+def test_a_run_that_meets_its_limits_once_does_not_alternate() -> None:
     """A joint that runs at its velocity limit and then arrives."""
     stack = Stack([[JointTask([0.5, 0.5], gain=0.5 / DT)]], [JointVelocityLimit(velocity=0.5)])
     scenario = Scenario(robot=planar_arm([0.5, 0.5]), q0=[0.4, 0.2], stack=stack, duration=1.0, dt=DT)
-    assert chatter((step.resolution for step in run(scenario, ActiveSet())), DT) == ()
+    assert alternations((step.resolution for step in run(scenario, ActiveSet())), DT) == ()
