@@ -1,1 +1,1 @@
-"""Benchmarks: one question a module."""
+"""What users compare with: accuracy of solvers, worth of strict levels, random stacks (`taskopt bench`)."""

@@ -1,9 +1,9 @@
-"""How right the answers are near a singularity: smallest singular value × damping × solver.
+"""Measure how accurate solvers are near a singularity: smallest singular value × damping × solver.
 
-A 6×7 Jacobian with singular values from 1 down to σ_min, a generic v, velocity bounds. Each solver
-answers twice: as `<family>/<solver>` here, to the accuracy asked for, and at its own defaults with the
-normal equations, H = JᵀJ + k² I. Where no bound binds, both are held against (3.52), or (3.59) where it
-is damped; where bounds bind, against the exact active set, solved again and certified.
+The Jacobian is 6×7, with singular values from 1 down to σ_min; velocities are bounded. Each solver answers
+twice: as `<family>/<solver>` here, to the accuracy that is asked for, and alone, at its own defaults, from
+the normal equations H = JᵀJ + k² I. Where no bound is active, the exact answer is (3.52), or (3.59) with
+damping k. Where bounds are active, it is the answer of the active-set method, solved again and certified.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +16,7 @@ from rich.text import Text
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.tolerances import DIAGONAL_OF_UNDAMPED
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
@@ -26,13 +27,24 @@ from taskopt.solver.registry import solvers
 SIGMA = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 DAMPING = (0.0, 1e-3, 1e-1)  # k
 CELLS = len(SIGMA) * len(DAMPING)  # of one solver
-ROOMS = (10.0, 0.5)  # bounds relative to the largest velocity of the closed form: none binds, some bind
-_FLOOR = 1e-12  # what goes on the diagonal of undamped normal equations, so that they have one solution
+ROOMS = (10.0, 0.5)  # bounds relative to the largest velocity of the closed form: none is active, some are
 
 
 @dataclass
 class Cell:
-    """Relative errors in q̇, one a trial, of one solver at one σ_min and one k."""
+    """Relative errors ‖x − exact‖∞ / ‖exact‖∞ of one solver at one σ_min and one k, trial by trial.
+
+    Attributes:
+        solver: Name of the solver.
+        sigma: Smallest singular value σ_min of the Jacobian.
+        k: Damping factor.
+        raw: Errors of the solver's own answers.
+        polished: Errors of the same answers, solved again from their active sets.
+        flagged: True where the answer does not pass for solved.
+        default: Errors of the solver alone at its own defaults; inf where it gave up.
+        unjudged: Trials without a certified optimum to compare with.
+        fallbacks: Trials whose optimum came from a fallback of the active-set method.
+    """
 
     solver: str
     sigma: float
@@ -40,27 +52,37 @@ class Cell:
     raw: list[float] = field(default_factory=list)
     polished: list[float] = field(default_factory=list)
     flagged: list[bool] = field(default_factory=list)
-    default: list[float] = field(default_factory=list)  # at the solver's own defaults; inf where it gave up
-    unjudged: int = 0  # trials without a certified optimum to hold answers against
+    default: list[float] = field(default_factory=list)
+    unjudged: int = 0
+    fallbacks: int = 0
 
     @property
     def worst_unflagged(self) -> float:
-        """The largest raw error of an answer that passes for solved; 0 where none does."""
+        """Largest raw error of the answers that pass for solved; 0 if none does."""
         passed = (error for error, flagged in zip(self.raw, self.flagged, strict=True) if not flagged)
         return max(passed, default=0.0)
 
 
 def installed() -> tuple[str, ...]:
-    """Names of the solvers that can be compared here."""
+    """Return the names of the solvers that are installed."""
     return tuple(row.name for row in solvers() if row.installed)
 
 
 def measure(
     names: Sequence[str], family: str = "hqp", trials: int = 20, room: float = 10.0, seed: int = 0
 ) -> Iterator[Cell]:
-    """Every solver at every σ_min and k, on the same problems; `family` is "hqp" or "wqp".
+    """Measure every solver at every σ_min and k, on the same problems.
 
-    `room`: bounds relative to the largest velocity of the closed form; below 1 some bind.
+    Args:
+        names: Names of the solvers.
+        family: How they are asked, "hqp" or "wqp".
+        trials: Number of problems for each cell.
+        room: Bounds on the velocities, relative to the largest velocity of the closed form. Below 1 some of
+            them are active.
+        seed: Another seed draws other problems.
+
+    Yields:
+        One cell after the other, solver by solver.
     """
     for name in names:
         answer = resolver(f"{family}/{name}")
@@ -74,13 +96,31 @@ def measure(
 
 
 def jacobian(rng: np.random.Generator, smallest: float) -> Array:
-    """(6, 7), singular values evenly spread on a logarithmic scale from 1 to `smallest`."""
+    """Draw a Jacobian.
+
+    Args:
+        rng: Source of random numbers.
+        smallest: Its smallest singular value.
+
+    Returns:
+        (6, 7), with singular values evenly spread on a logarithmic scale from 1 to `smallest`.
+    """
     U, V = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (6, 7))
     return (U * np.geomspace(1.0, smallest, 6)) @ V[:6]
 
 
 def damped_problem(J: Array, v: Array, k: float, bound: float) -> Hierarchy:
-    """½‖J q̇ − v‖² + ½ k² ‖q̇‖² as rows (3.59), or J q̇ = v at least norm (3.51), inside ±bound."""
+    """State damped least squares (3.59), ½‖J q̇ − v‖² + ½ k² ‖q̇‖², or (3.51) for k = 0, inside bounds.
+
+    Args:
+        J: Jacobian, (m, n).
+        v: Velocity of the task, (m,).
+        k: Damping factor; for 0, J q̇ = v is met at least norm.
+        bound: Largest |q̇_i|.
+
+    Returns:
+        A hierarchy with one level.
+    """
     n = J.shape[1]
     box_of = np.full(n, -bound), np.full(n, bound)
     if k == 0.0:
@@ -91,6 +131,7 @@ def damped_problem(J: Array, v: Array, k: float, bound: float) -> Hierarchy:
 
 
 def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
+    """Resolve one problem in all ways, and note the errors in the cell."""
     k = cell.k
     exact = (damped_inverse(J, k) if k else pseudo_inverse(J)) @ v
     bound = room * float(np.abs(exact).max())
@@ -98,7 +139,8 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
     resolution, _ = answer(problem)
     goal = exact if answer.strict else answer.closed_form(problem)
     if room < 1.0:
-        goal, exact = _optimum(resolution.problem), _optimum(problem)
+        (goal, one), (exact, other) = _optimum(resolution.problem), _optimum(problem)
+        cell.fallbacks += one or other
         if not (np.isfinite(goal).all() and np.isfinite(exact).all()):
             cell.unjudged += 1
             return
@@ -106,29 +148,40 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
     cell.polished.append(_error(polish(resolution).x, goal))
     cell.flagged.append(not resolution.solved)
     n = len(exact)
-    H = J.T @ J + (k**2 or _FLOOR) * np.eye(n)
+    H = J.T @ J + (k**2 or DIAGONAL_OF_UNDAMPED) * np.eye(n)
     found = solve_at_defaults(cell.solver, H, -J.T @ v, np.full(n, -bound), np.full(n, bound))
     cell.default.append(_error(found, exact))
 
 
-def _optimum(problem: Hierarchy) -> Array:
-    """x (n,) inside the bounds: the active set's answer, solved again; NaN if it cannot be certified."""
-    best = polish(resolver("active-set")(problem)[0])
-    return best.x if best.certified() else np.full(problem.n, np.nan)
+def _optimum(problem: Hierarchy) -> tuple[Array, bool]:
+    """Return the certified optimum (n,), NaN if there is none, and True if a fallback found it."""
+    found, _ = resolver("active-set")(problem)
+    best = polish(found)
+    x = best.x if best.certified() else np.full(problem.n, np.nan)
+    return x, found.fallback is not None
 
 
 def _error(x: Array, exact: Array) -> float:
-    """‖x − exact‖∞ / ‖exact‖∞; inf for no answer."""
+    """Return ‖x − exact‖∞ / ‖exact‖∞; inf where x is not finite."""
     distance = float(np.abs(x - exact).max() / np.abs(exact).max())
     return distance if np.isfinite(distance) else np.inf
 
 
 def table(cells: Sequence[Cell], family: str, room: float) -> Table:
-    """Solver and σ_min down, k across; at most 120 columns."""
+    """Make the table of a measurement, at most 120 columns wide.
+
+    Args:
+        cells: What `measure` yielded.
+        family: As for `measure`.
+        room: As for `measure`.
+
+    Returns:
+        One row for each solver and σ_min, four columns for each k.
+    """
     trials = len(cells[0].raw) + cells[0].unjudged
-    binds = "bounds bind" if room < 1.0 else "nothing binds"
+    binds = "bounds active" if room < 1.0 else "no bound active"
     out = Table(
-        title=f"{binds}: relative error in q̇, largest of {trials}, {family}/<solver> and the solver alone",
+        title=f"{binds}: relative error in q̇, largest of {trials}, by {family}/<solver> and by the solver alone",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         padding=(0, 1, 0, 0),
@@ -136,7 +189,7 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     out.add_column("solver", no_wrap=True)
     out.add_column("σ_min", justify="right", no_wrap=True)
     for k in DAMPING:
-        for heading in (f"k={k:g}\nraw", "pol-\nished", "flag-\nged", "own de-\nfaults"):
+        for heading in (f"k={k:g}\nraw", "pol-\nished", "not\nsolved", "solver\nalone"):
             out.add_column(Text(heading), justify="right", no_wrap=True)
     for name in dict.fromkeys(cell.solver for cell in cells):
         for sigma in SIGMA:
@@ -159,18 +212,25 @@ def _number(value: float) -> str:
 
 
 def verdict(cells: Sequence[Cell]) -> str:
-    """The largest error that passes for solved, and what the columns mean."""
+    """Summarise a measurement in a few sentences, and explain the columns of its table.
+
+    Args:
+        cells: What `measure` yielded.
+
+    Returns:
+        The text.
+    """
     worst = max(cells, key=lambda cell: cell.worst_unflagged)
     flags = [flag for cell in cells for flag in cell.flagged]
     flagged, judged = float(np.mean(flags)), len(flags)
-    unjudged = sum(cell.unjudged for cell in cells)
-    left_out = (
-        f"; left out, without a certified optimum: {unjudged} of {unjudged + judged}" if unjudged else ""
-    )
+    unjudged, fallbacks = sum(cell.unjudged for cell in cells), sum(cell.fallbacks for cell in cells)
+    left_out = f", without a certified optimum: {unjudged} of {unjudged + judged}" if unjudged else ""
+    found = f" A fallback found the optimum of {fallbacks} problems." if fallbacks else ""
     return (
-        f"largest error that is not flagged: {worst.worst_unflagged:.1e} ({worst.solver}, "
-        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); flagged: {100.0 * flagged:.1f} % of all{left_out}.\n"
-        "raw: the solver's own answer; polished: solved again from its active set; flagged: it gave up, or "
-        "x was not shown to be as accurate as was asked for; own defaults: normal equations, "
-        f"k² or {_FLOOR:g} on the diagonal; none: no answer."
+        f"Largest error of an answer that passes for solved: {worst.worst_unflagged:.1e} ({worst.solver}, "
+        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); not solved: {100.0 * flagged:.1f} % of all{left_out}."
+        f"{found}\n"
+        "raw: answer of the solver; polished: solved again from its active set; not solved: the solver gave "
+        "up, or x was not shown to be as accurate as was asked for; solver alone: from the normal equations "
+        f"at its own defaults, with k² or {DIAGONAL_OF_UNDAMPED:g} on the diagonal; none: no answer."
     )

@@ -1,10 +1,10 @@
-"""Random ticks of random stacks on four robots: is every answer proven, or reported as failed?
+"""Resolve random ticks of random stacks on four robots: every answer must be proven, or reported as failed.
 
-A stack is drawn from frame, position, orientation, box, gaze and joint tasks, some twice, in two to four
-levels, inside position and velocity limits or limits on acceleration, and distances to be kept from obstacles
-and from the robot itself. Ticks go on from one another, so that the resolver starts from the last active set,
-or jump to another posture, some of it on its limits, with targets near, far out of reach, or where the frame
-is already.
+A stack has two to four levels of frame, position, orientation, box, gaze and joint tasks, some of them
+twice. Around them are limits on position and velocity or on acceleration, and distances to be kept from
+obstacles and from the robot itself. Most ticks follow from the tick before, so that the resolver starts from
+the last active set. The others jump to another posture, sometimes exactly on its limits, with targets that
+are near, far out of reach, or where the frame is already.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,146 +12,224 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
-from taskopt.arrays import Array
-from taskopt.bench.random_stacks import FRAMES, aim, fuzz_robot, random_stack, random_start
+from taskopt.arrays import Array, Mask
+from taskopt.bench.random_stacks import FRAMES, Draw, aim, fuzz_robot, random_stack, random_start
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.tolerances import LIMIT_KEPT
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.loop.controller import Controller
 
-KEPT = 1e-9  # [rad, rad/s, m] by how much a limit may be missed after the step
-RUN = 20  # ticks in a row, on average
-STACK = 500  # ticks with one stack, on average
-STARTS = 50  # postures that are drawn for one that keeps all distances
-HEADINGS = "ticks", "bound", "near", "conflicts", "reported", "unproven"
-WORST = "certificate", "position", "velocity", "distance"
+TICKS_IN_A_ROW = 20  # on average, before the robot jumps to another posture
+TICKS_PER_STACK = 500  # on average
+STARTS = 50  # postures that are tried for one that keeps all distances
 
 
 @dataclass
-class Fuzzed:
-    """What became of the ticks of one robot."""
+class Tally:
+    """What became of the ticks of one robot.
+
+    Attributes:
+        robot: Name of the robot.
+        ticks: Ticks so far.
+        bound: Ticks at which a bound of the box is active.
+        near: Ticks at which a distance limit is active.
+        conflicts: Ticks whose limits on acceleration and distances contradict each other, reported by name.
+        reported: Failures that the resolver itself reports.
+        fallbacks: Answers that came from a fallback of the resolver.
+        unproven: Answers that claim to be optimal and are not certified. There must be none.
+        certificate: The worst KKT residual of the answers that claim to be optimal.
+        position: Largest excess over a position limit after the Euler step [rad, m].
+        velocity: Largest excess over a velocity limit [rad/s, m/s].
+        distance: Largest amount by which a distance is below its margin after the Euler step [m].
+    """
 
     robot: str
     ticks: int = 0
-    bound: int = 0  # ticks with a bound of the box active
-    near: int = 0  # ticks with a distance limit active
-    conflicts: int = 0  # limits on acceleration and distances that contradict each other, by name
-    reported: int = 0  # failures that the resolver itself reports
-    unproven: int = 0  # said to be solved, and not certified: the one thing that must not be
-    certificate: float = 0.0  # the worst of those that are said to be solved
-    position: float = 0.0  # [rad, m] worst excess after the step
-    velocity: float = 0.0  # [rad/s, m/s] likewise
-    distance: float = 0.0  # [m] by which a distance is below its margin after the step, at worst
+    bound: int = 0
+    near: int = 0
+    conflicts: int = 0
+    reported: int = 0
+    fallbacks: int = 0
+    unproven: int = 0
+    certificate: float = 0.0
+    position: float = 0.0
+    velocity: float = 0.0
+    distance: float = 0.0
 
     @property
     def clean(self) -> bool:
-        """Whether every answer was proven or reported, and every limit kept."""
-        return self.unproven == 0 and max(self.position, self.velocity, self.distance) <= KEPT
+        """True if every answer is proven or reported, and every limit is kept."""
+        return self.unproven == 0 and max(self.position, self.velocity, self.distance) <= LIMIT_KEPT
 
 
 def fuzz(
     name: str, ticks: int, seed: int = 0, resolver: str = "active-set", keep: Path | None = None
-) -> Iterator[Fuzzed]:
-    """Yield the tally of a robot after each of its ticks; failures are saved as hierarchies in `keep`."""
-    robot, rng, tally = fuzz_robot(name), np.random.default_rng([seed, *name.encode()]), Fuzzed(name)
+) -> Iterator[Tally]:
+    """Resolve random ticks of one robot.
+
+    Args:
+        name: Name of the robot, a key of `FRAMES`.
+        ticks: Number of ticks.
+        seed: Another seed draws other stacks and postures.
+        resolver: Name of the resolver.
+        keep: Folder in which hierarchies are saved whose answer failed; None saves nothing.
+
+    Yields:
+        The tally so far, after each tick.
+    """
+    robot, rng, tally = fuzz_robot(name), np.random.default_rng([seed, *name.encode()]), Tally(name)
     while tally.ticks < ticks:
         drawn = random_stack(robot, FRAMES[name], rng)
+        count = min(1 + rng.geometric(1.0 / TICKS_PER_STACK), ticks - tally.ticks)
         control = Controller(robot, drawn.stack, resolver, drawn.dt)
-        floors = [Floor(limit) for limit in control.plan.distance_limits.values()]
-        after = Configuration(robot, robot.neutral)
-        q, fresh = robot.neutral, True
-        for _ in range(min(1 + rng.geometric(1.0 / STACK), ticks - tally.ticks)):
-            if fresh:
-                q = _start(after, floors, rng)
-                control.plan.moved(np.zeros(robot.nv))
-                aim(drawn.targets, robot, q, rng)
-            tally.ticks += 1
-            try:
-                resolution = control.step(q, 0.0)
-                q = robot.integrate(q, resolution.v, drawn.dt)
-                after.update(q)
-                _judge(tally, resolution, after, floors, keep)
-                fresh = rng.random() < 1.0 / RUN
-            except NotSolved as error:
-                _report(tally, getattr(error.resolution, "problem", None), keep)
-                fresh = True
-            except Infeasible as error:
-                if drawn.rests:  # v = 0 keeps all limits, so there is no conflict
-                    _report(tally, error.hierarchy, keep)
-                tally.conflicts += not drawn.rests
-                fresh = True
-            yield tally
+        yield from _ticks_of_a_stack(tally, drawn, control, count, rng, keep)
+
+
+def _ticks_of_a_stack(
+    tally: Tally, drawn: Draw, control: Controller, count: int, rng: np.random.Generator, keep: Path | None
+) -> Iterator[Tally]:
+    """Resolve ticks of one stack, and yield the tally after each."""
+    robot = control.plan.robot
+    floors = [Floor(limit) for limit in control.plan.distance_limits.values()]
+    after = Configuration(robot, robot.neutral)
+    q, fresh = robot.neutral, True
+    for _ in range(count):
+        if fresh:
+            q = _start(after, floors, rng)
+            control.plan.moved(np.zeros(robot.nv))
+            aim(drawn.targets, robot, q, rng)
+        tally.ticks += 1
+        try:
+            resolution = control.step(q, 0.0)
+            q = robot.integrate(q, resolution.v, drawn.dt)
+            after.update(q)
+            _judge(tally, resolution, after, floors, keep)
+            fresh = rng.random() < 1.0 / TICKS_IN_A_ROW
+        except NotSolved as error:
+            _report(tally, getattr(error.resolution, "problem", None), keep)
+            fresh = True
+        except Infeasible as error:
+            if drawn.rests:  # v = 0 keeps all limits, so there is no conflict
+                _report(tally, error.hierarchy, keep)
+            tally.conflicts += not drawn.rests
+            fresh = True
+        yield tally
 
 
 class Floor:
-    """What the distances of one limit may not fall below: its margin.
+    """The least values that the distances of one limit may have: its margin.
 
-    A pair that starts inside the margin may lose what `limit.distance_kernel` states, 1e-9 m or a tenth
-    of its depth a step, until it has left.
+    A pair that starts inside the margin may lose 1e-9 m or a tenth of its depth in each step, which is what
+    the limit promises, until it has left the margin.
+
+    Args:
+        limit: The distance limit, bound to the robot.
+
+    Attributes:
+        limit: As above.
+        least: Least distance of each pair, (pairs,) [m].
     """
 
     def __init__(self, limit: BoundDistance) -> None:
         self.limit = limit
         self.least: Array = np.full(len(limit.row_names), limit.margin)
 
-    def start(self, at: Configuration) -> bool:
-        """Measure at the start of a run; whether all pairs are outside the margin."""
-        self.limit.distances.update(at)
+    def start(self, configuration: Configuration) -> bool:
+        """Measure the distances at the start of a sequence of ticks.
+
+        Args:
+            configuration: The robot at the start.
+
+        Returns:
+            True if all pairs are outside the margin.
+        """
+        self.limit.distances.update(configuration)
         self.least[:] = self.limit.margin
         self._lower(np.ones(len(self.least), dtype=bool))
         return bool((self.least == self.limit.margin).all())
 
-    def missing(self, at: Configuration) -> float:
-        """By how much the worst pair is below its floor [m]; ≤ 0 where none is."""
-        self.limit.distances.update(at)
+    def missing(self, configuration: Configuration) -> float:
+        """Measure after a step, and set the least values of the next one.
+
+        Args:
+            configuration: The robot after the step.
+
+        Returns:
+            The largest amount by which a pair is below its least distance [m]; ≤ 0 if there is none.
+        """
+        self.limit.distances.update(configuration)
         worst = float((self.least - self.limit.distances.distance).max(initial=-np.inf))
         begun_inside = self.least < self.limit.margin
         self.least[:] = self.limit.margin
         self._lower(begun_inside)
         return worst
 
-    def _lower(self, among: NDArray[np.bool_]) -> None:
+    def _lower(self, among: Mask) -> None:
+        """Lower the least distance of those pairs among the given ones that are inside the margin."""
         distance, margin = self.limit.distances.distance, self.limit.margin
         inside = among & (distance < margin)
-        self.least[inside] = distance[inside] - np.maximum(KEPT, 0.1 * (margin - distance[inside]))
+        self.least[inside] = distance[inside] - np.maximum(LIMIT_KEPT, 0.1 * (margin - distance[inside]))
 
 
-def table(tallies: Sequence[Fuzzed]) -> Table:
-    """One row a robot."""
-    out = Table(title="random ticks", box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("robot", *HEADINGS, *WORST):
-        out.add_column(heading, justify="left" if heading == "robot" else "right")
+_COLUMNS = {
+    "ticks\n": "ticks",
+    "bound\nactive": "bound",
+    "distance\nactive": "near",
+    "limits in\nconflict": "conflicts",
+    "failure\nreported": "reported",
+    "fallback\nanswered": "fallbacks",
+    "claimed,\nunproven": "unproven",
+    "worst\ncertificate": "certificate",
+    "over position\n[rad]": "position",
+    "over velocity\n[rad/s]": "velocity",
+    "under distance\n[m]": "distance",
+}
+
+
+def table(tallies: Sequence[Tally]) -> Table:
+    """Make the table of the run.
+
+    Args:
+        tallies: One for each robot.
+
+    Returns:
+        One row for each robot, with counts of ticks and worst figures.
+    """
+    out = Table(title="random ticks", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    out.add_column("robot", no_wrap=True)
+    for heading in _COLUMNS:
+        out.add_column(heading, justify="right", no_wrap=True)
     for tally in tallies:
-        counts = (str(getattr(tally, heading)) for heading in HEADINGS)
-        out.add_row(tally.robot, *counts, *(f"{getattr(tally, figure):.1e}" for figure in WORST))
+        figures = (getattr(tally, figure) for figure in _COLUMNS.values())
+        out.add_row(tally.robot, *(str(n) if isinstance(n, int) else f"{n:.1e}" for n in figures))
     return out
 
 
-def _start(at: Configuration, floors: Sequence[Floor], rng: np.random.Generator) -> Array:
-    """A posture that keeps all distances, if one is found in a few tries; else the last of them."""
+def _start(configuration: Configuration, floors: Sequence[Floor], rng: np.random.Generator) -> Array:
+    """Return a random posture that keeps all distances; if none is found in `STARTS` tries, the last one."""
     for _ in range(STARTS if floors else 1):
-        at.update(random_start(at.robot, rng))
-        outside = [floor.start(at) for floor in floors]
+        configuration.update(random_start(configuration.robot, rng))
+        outside = [floor.start(configuration) for floor in floors]
         if all(outside):
             break
-    return at.q.copy()
+    return configuration.q.copy()
 
 
 def _judge(
-    tally: Fuzzed, resolution: Resolution, after: Configuration, floors: Sequence[Floor], keep: Path | None
+    tally: Tally, resolution: Resolution, after: Configuration, floors: Sequence[Floor], keep: Path | None
 ) -> None:
+    """Count one answer, and measure by how much limits are missed after the Euler step."""
     robot = after.robot
     over = np.abs(resolution.v) - robot.velocity_limit
     limited = robot.position_index >= 0
-    at = after.q[robot.position_index[limited]]
-    outside = np.maximum(robot.position_lower[limited] - at, at - robot.position_upper[limited])
+    position = after.q[robot.position_index[limited]]
+    outside = np.maximum(robot.position_lower[limited] - position, position - robot.position_upper[limited])
     missed = {
         "velocity": float(over.max()),
         "position": float(outside.max(initial=0.0)),
@@ -160,24 +238,27 @@ def _judge(
     for figure, excess in missed.items():
         setattr(tally, figure, max(getattr(tally, figure), excess))
     hard = resolution.state[robot.nv :][resolution.problem.layout.rows_of_level(0)]
+    tally.fallbacks += resolution.fallback is not None
     tally.bound += bool(resolution.state[: robot.nv].any())
     tally.near += bool(hard.any())
     if not resolution.claimed:
         _report(tally, resolution.problem, keep)
         return
     tally.certificate = max(tally.certificate, resolution.certificate.worst)
-    tally.unproven += not resolution.certified(PROVEN)
-    if not resolution.certified(PROVEN) or max(missed.values()) > KEPT:
+    tally.unproven += not resolution.certified()
+    if not resolution.certified() or max(missed.values()) > LIMIT_KEPT:
         _save(tally, resolution.problem, keep)
 
 
-def _report(tally: Fuzzed, problem: object, keep: Path | None) -> None:
+def _report(tally: Tally, problem: object, keep: Path | None) -> None:
+    """Count a failure that is reported, and save its problem."""
     tally.reported += 1
     if isinstance(problem, Hierarchy):
         _save(tally, problem, keep)
 
 
-def _save(tally: Fuzzed, problem: Hierarchy, keep: Path | None) -> None:
+def _save(tally: Tally, problem: Hierarchy, keep: Path | None) -> None:
+    """Save a problem under robot and tick, if a folder is given."""
     if keep is not None:
         keep.mkdir(parents=True, exist_ok=True)
         problem.save(keep / f"{tally.robot}-{tally.ticks}.npz")

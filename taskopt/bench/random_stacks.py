@@ -1,4 +1,4 @@
-"""Random stacks with obstacles and limits, postures and targets for the fuzz run."""
+"""Draw random stacks with obstacles and limits, postures and targets, for the fuzz run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,8 @@ from taskopt.kinematics.task import (
     Task,
 )
 
-# Frames that a task may be about: a planar arm, seven joints, wheels without end, a floating base.
+# Frames that a task may have: of a planar arm, an arm with seven joints, a mobile base on wheels, and a
+# walking robot with a floating base.
 FRAMES = {
     "planar": ("tip", "joint3"),
     "panda": ("panda_hand", "panda_link4"),
@@ -36,7 +37,14 @@ FRAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """A stack, its targets with the frame that each is for, its period [s], and whether v = 0 is allowed."""
+    """A random stack.
+
+    Attributes:
+        stack: The stack.
+        targets: The frame and the target of each task that has one.
+        dt: Period [s].
+        rests: True if v = 0 keeps all limits, so that they cannot contradict each other.
+    """
 
     stack: Stack
     targets: list[tuple[str, Latest]]
@@ -45,7 +53,14 @@ class Draw:
 
 
 def fuzz_robot(name: str) -> Robot:
-    """The robot of the table."""
+    """Load a robot.
+
+    Args:
+        name: A key of `FRAMES`.
+
+    Returns:
+        The robot; the fingers of the Panda are locked.
+    """
     if name == "planar":
         return planar_arm([0.5, 0.5, 0.5, 0.3], lower=-2.5, upper=2.5, velocity=2.0, radius=0.02)
     file = {"talos": "talos_reduced"}.get(name, name)
@@ -53,7 +68,16 @@ def fuzz_robot(name: str) -> Robot:
 
 
 def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) -> Draw:
-    """Two to four levels inside limits; in four of five stacks, distances to obstacles and to itself too."""
+    """Draw a stack of two to four levels inside limits; most stacks also keep distances.
+
+    Args:
+        robot: The robot.
+        frames: Frames that tasks may have.
+        rng: Source of random numbers.
+
+    Returns:
+        The stack, with targets that are still to be set (see `aim`).
+    """
     targets: list[tuple[str, Latest]] = []
     dt = float(rng.choice([1e-3, 5e-3, 2e-2]))
     levels = [
@@ -72,22 +96,39 @@ def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) 
 
 
 def random_start(robot: Robot, rng: np.random.Generator) -> Array:
-    """A posture inside all limits; now and then some joints stand on one, or a hair away."""
+    """Draw a posture inside all position limits; three of ten have joints at a limit or very near one.
+
+    Args:
+        robot: The robot.
+        rng: Source of random numbers.
+
+    Returns:
+        (nq,) [rad, m].
+    """
     q = random_posture(robot, rng)
     if rng.random() < 0.3:
         for j in np.flatnonzero((robot.position_index >= 0) & (rng.random(robot.nv) < 0.3)):
-            low, high = robot.position_lower[j], robot.position_upper[j]
-            edge = low if rng.random() < 0.5 else high
+            lower, upper = robot.position_lower[j], robot.position_upper[j]
+            edge = lower if rng.random() < 0.5 else upper
             if np.isfinite(edge):
-                q[robot.position_index[j]] = np.clip(edge + rng.choice([0.0, 1e-12, -1e-9, 1e-4]), low, high)
+                q[robot.position_index[j]] = np.clip(
+                    edge + rng.choice([0.0, 1e-12, -1e-9, 1e-4]), lower, upper
+                )
     return q
 
 
 def aim(targets: Sequence[tuple[str, Latest]], robot: Robot, q: Array, rng: np.random.Generator) -> None:
-    """Targets where the frames are, near by, or out of reach."""
-    at = Configuration(robot, q)
+    """Set targets where the frames are, near them, or out of reach.
+
+    Args:
+        targets: The frame and the target of each task.
+        robot: The robot.
+        q: Its posture, (nq,) [rad, m].
+        rng: Source of random numbers.
+    """
+    configuration = Configuration(robot, q)
     for frame, target in targets:
-        pose = at.pose(frame)
+        pose = configuration.pose(frame)
         pose[:3, 3] += rng.choice([0.0, 0.05, 3.0], p=[0.2, 0.5, 0.3]) * rng.normal(size=3)
         if rng.random() < 0.5:
             pose[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -97,7 +138,7 @@ def aim(targets: Sequence[tuple[str, Latest]], robot: Robot, q: Array, rng: np.r
 
 
 def _distance_limits(robot: Robot, rng: np.random.Generator) -> list[Limit]:
-    """Up to three obstacles beside the links of some posture, and the robot itself, in any combination."""
+    """Draw limits that keep up to three obstacles, and the links of the robot, apart."""
     limits: list[Limit] = []
     solids = [_beside(robot, rng) for _ in range(rng.integers(0, 4))]
     for kind in (ObstacleLimit, SelfCollisionLimit):
@@ -111,9 +152,10 @@ def _distance_limits(robot: Robot, rng: np.random.Generator) -> list[Limit]:
 
 
 def _beside(robot: Robot, rng: np.random.Generator) -> Shape:
-    at, shapes = Configuration(robot, random_posture(robot, rng)), robot.geometry.geometryObjects
+    """Draw an obstacle beside a link of the robot at a random posture."""
+    configuration, shapes = Configuration(robot, random_posture(robot, rng)), robot.geometry.geometryObjects
     link = shapes[int(rng.integers(len(shapes)))]
-    place = (at.joint_poses()[link.parentJoint] @ link.placement.homogeneous)[:3, 3]
+    place = (configuration.joint_poses()[link.parentJoint] @ link.placement.homogeneous)[:3, 3]
     flat = np.array([1.0, 1.0, 0.0 if robot.name.startswith("planar") else 1.0])
     place = place + flat * rng.normal(0.0, 0.2, 3)
     match rng.integers(4):
@@ -132,6 +174,7 @@ def _beside(robot: Robot, rng: np.random.Generator) -> Shape:
 def _task(
     frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[str, Latest]], dt: float
 ) -> Task:
+    """Draw a task, and append its target if it has one."""
     frame, gain, target = str(rng.choice(frames)), rng.uniform(0.1, 0.5) / dt, Latest()
     kind = rng.choice(["pose", "position", "orientation", "box", "gaze"], p=[0.3, 0.25, 0.15, 0.2, 0.1])
     expressed, weight = rng.choice(["own", "world"]), 10.0 ** rng.uniform(-1, 1)
@@ -143,7 +186,7 @@ def _task(
         return GazeTask(
             frame, target, rng.uniform(0.1, 1.0), axis=rng.normal(size=3), gain=gain, weight=weight
         )
-    named = {"reference": target, "gain": gain, "weight": weight, "expressed": expressed}
+    named = {"target": target, "gain": gain, "weight": weight, "expressed": expressed}
     if kind == "pose":
         return FrameTask(frame, axes=rng.choice(["xyzrpy", "xyz", "xy y", "z rp"]), **named)
     return PositionTask(frame, **named) if kind == "position" else OrientationTask(frame, **named)

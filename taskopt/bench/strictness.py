@@ -1,10 +1,16 @@
-"""What "strict" is worth: level 1 under a projected cost, under weights, and under strict levels.
+"""Compare strict levels with one weighted QP and with a projected secondary cost.
 
-The Panda's hand is to move at 0.6 m/s in a random direction, the posture goes home below it, and velocity
-limits bind. Kept are the cases in which level 1 can be met in full, which SciPy's bounded least squares
-(BVLS) decides and no resolver of ours, and in which a limit is active when it is. One QP weighs the posture
-by w: plain, ½ w ‖v − u‖², or projected, ½ w ‖N (v − u)‖² with N = I − J†J, which is strict as long as no
-limit is active.
+The Panda's hand is to move at 0.6 m/s in a random direction, with the home posture as the level below it,
+inside velocity limits. A random case is kept if the first level can be met in full inside the limits, and if
+a limit is active at the strict optimum. SciPy's bounded least squares (BVLS) decides the former, so that no
+resolver of ours judges itself.
+
+The alternatives to strict levels are one QP in which the posture u has the weight w, in two forms:
+
+    soft        ½ ‖J v − b‖² + ½ w ‖v − u‖²
+    projected   ½ ‖J v − b‖² + ½ w ‖N (v − u)‖²,    N = I − J†J
+
+The projected cost is strict as long as no limit is active.
 """
 
 from collections.abc import Iterator
@@ -18,47 +24,72 @@ from scipy.optimize import lsq_linear
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.tolerances import RATE_MET
 from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.regret import level_residuals, regret
 
 SPEED = 0.6  # [m/s]
 WEIGHTS = (1e-2, 1e-4)
 HOME_GAIN = 1.0  # [1/s]
-MET = 1e-9  # [m/s] a row of level 1 counts as met
-WAYS = ("strict", *(f"{kind}, w = {w:g}" for kind in ("projected", "soft") for w in WEIGHTS))
+METHODS = ("strict", *(f"{kind}, w = {w:g}" for kind in ("projected", "soft") for w in WEIGHTS))
 
 
 @dataclass
-class Way:
-    """One way to give the hand priority: residual of level 1 [m/s] and leak of both levels, case by case."""
+class Method:
+    """How one method of giving the hand priority did, case by case.
+
+    Attributes:
+        name: One of `METHODS`.
+        residual: Weighted residual of the first level [m/s], one number for each case.
+        regret: Regret of both levels, (2,) for each case [m/s, rad/s], see `taskopt.regret`.
+        fallbacks: Problems that the active-set search did not prove, so that a fallback answered.
+    """
 
     name: str
     residual: list[float] = field(default_factory=list)
-    leak: list[Array] = field(default_factory=list)
+    regret: list[Array] = field(default_factory=list)
+    fallbacks: int = 0
 
 
-def measure(cases: int, seed: int = 0) -> Iterator[tuple[Way, ...]]:
-    """Yield the ways after each case that counts."""
+def measure(cases: int, seed: int = 0) -> Iterator[tuple[Method, ...]]:
+    """Draw cases until enough of them count, and resolve each by every method.
+
+    Args:
+        cases: Number of cases that have to count.
+        seed: Another seed draws other cases.
+
+    Yields:
+        The methods, in the order of `METHODS`, after each case that counts.
+    """
     robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
-    rng, ways = np.random.default_rng(seed), tuple(Way(name) for name in WAYS)
-    solve = ActiveSet()
-    while len(ways[0].residual) < cases:
+    rng, methods = np.random.default_rng(seed), tuple(map(Method, METHODS))
+    resolve = ActiveSetWithFallback()
+    while len(methods[0].residual) < cases:
         hierarchy = case(robot, rng)
-        strict, _ = solve(hierarchy)
+        strict, _ = resolve(hierarchy)
         if not can_be_met(hierarchy) or not strict.state[: robot.nv].any():
             continue
-        answers = [strict.x, *(solve(problem)[0].x for problem in in_one_qp(hierarchy))]
-        for way, x in zip(ways, answers, strict=True):
-            way.residual.append(float(level_residuals(hierarchy, x)[0]))
-            way.leak.append(regret(hierarchy, x))
-        yield ways
+        answers = [strict, *(resolve(problem)[0] for problem in in_one_qp(hierarchy))]
+        for method, answer in zip(methods, answers, strict=True):
+            method.residual.append(float(level_residuals(hierarchy, answer.x)[0]))
+            method.regret.append(regret(hierarchy, answer.x))
+            method.fallbacks += answer.fallback is not None
+        yield methods
 
 
 def case(robot: Robot, rng: np.random.Generator) -> Hierarchy:
-    """Hand above posture at a random place, within the robot's velocity limits scaled by 0.2 to 1."""
+    """Draw a case: the hand above the posture, at a random posture.
+
+    Args:
+        robot: The Panda.
+        rng: Source of random numbers.
+
+    Returns:
+        Two levels inside the velocity limits of the robot, scaled by a random factor from 0.2 to 1.
+    """
     q = random_posture(robot, rng)
     J = Configuration(robot, q).jacobian("panda_hand")[:3]
     direction = rng.normal(size=3)
@@ -69,14 +100,28 @@ def case(robot: Robot, rng: np.random.Generator) -> Hierarchy:
 
 
 def can_be_met(hierarchy: Hierarchy) -> bool:
-    """Whether some velocity within the limits meets level 1."""
+    """Return True if some velocity inside the limits meets the first level.
+
+    Args:
+        hierarchy: A case.
+
+    Returns:
+        True if the largest residual of SciPy's bounded least squares is at most `RATE_MET` [m/s].
+    """
     first, bounds = hierarchy.level(1), (hierarchy.box_lower, hierarchy.box_upper)
     nearest = lsq_linear(first.A, first.lower, bounds, method="bvls", tol=1e-15)
-    return bool(np.abs(nearest.fun).max() <= MET)
+    return bool(np.abs(nearest.fun).max() <= RATE_MET)
 
 
 def in_one_qp(hierarchy: Hierarchy) -> Iterator[Hierarchy]:
-    """The same as one level, in the order of `WAYS` after the first."""
+    """State a case as one weighted QP.
+
+    Args:
+        hierarchy: A case with two levels.
+
+    Yields:
+        Hierarchies with one level, in the order of `METHODS` without the first.
+    """
     (first, second), bounds = hierarchy.levels, (hierarchy.box_lower, hierarchy.box_upper)
     project = np.eye(hierarchy.n) - np.linalg.pinv(first.A) @ first.A
     for P in (project, np.eye(hierarchy.n)):
@@ -87,14 +132,34 @@ def in_one_qp(hierarchy: Hierarchy) -> Iterator[Hierarchy]:
             yield Hierarchy([Level(A, b, weight=weight)], box=bounds)
 
 
-def table(ways: tuple[Way, ...]) -> Table:
-    """Residual of level 1 in mm/s and leaks, by way."""
-    title = f"{len(ways[0].residual)} cases with active limits in which the hand's {SPEED:g} m/s can be met"
+def table(methods: tuple[Method, ...]) -> Table:
+    """Make the table of the comparison.
+
+    Args:
+        methods: What `measure` yielded last.
+
+    Returns:
+        One row for each method.
+    """
+    count = len(methods[0].residual)
+    title = f"{count} cases with an active limit in which {SPEED:g} m/s of the hand is possible"
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("", "level 1 [mm/s], median", "p95", "max", "leak of level 1, max", "of level 2, median"):
-        out.add_column(Text(heading), justify="right" if heading else "left")
-    for way in ways:
-        millimetres, leaks = 1e3 * np.array(way.residual), np.array(way.leak)
-        figures = *np.percentile(millimetres, [50, 95, 100]), leaks[:, 0].max(), np.median(leaks[:, 1])
-        out.add_row(way.name, *(f"{value:.3g}" for value in figures))
+    for heading in (
+        "method",
+        "error of level 1\nmedian [mm/s]",
+        "95 %\n[mm/s]",
+        "largest\n[mm/s]",
+        "regret of level 1\nlargest [mm/s]",
+        "of level 2\nmedian [rad/s]",
+        "fallbacks",
+    ):
+        out.add_column(Text(heading), justify="left" if heading == "method" else "right")
+    for method in methods:
+        millimetres, regrets = 1e3 * np.array(method.residual), np.array(method.regret)
+        figures = (
+            *np.percentile(millimetres, [50, 95, 100]),
+            1e3 * regrets[:, 0].max(),
+            np.median(regrets[:, 1]),
+        )
+        out.add_row(method.name, *(f"{value:.3g}" for value in figures), str(method.fallbacks))
     return out

@@ -165,3 +165,26 @@ CLOSED_FORM_INSIDE = 1e-12
 Smaller: rounding makes "nothing binds" false where the optimum is the closed form. Larger: ticks are counted
 at which a limit binds a little, and their distance to the closed form is not rounding.
 """
+
+# --- Comparisons (`taskopt bench`) --------------------------------------------------------------------
+
+RATE_MET = 1e-9
+"""Residual of a row in SciPy's bounded least squares up to which a rate counts as met [m/s].
+
+Smaller: SciPy's own rounding rules cases out. Larger: cases count whose first level cannot be met, and even
+strict levels seem to give something away.
+"""
+
+LIMIT_KEPT = 1e-9
+"""Excess over a limit after an Euler step up to which the limit counts as kept [rad, rad/s, m].
+
+Smaller: rounding in position, about 1e-15 over a period of 1e-3 s, is reported as a fault. Larger: a limit
+that is ignored near its bound passes unnoticed.
+"""
+
+DIAGONAL_OF_UNDAMPED = 1e-12
+"""Added to the diagonal of normal equations without damping, so that they have one solution.
+
+Smaller: rounding in JᵀJ, about 1e-16, decides which solution a solver finds. Larger: it acts as damping, from
+σ = 1e-6 on.
+"""

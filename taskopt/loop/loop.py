@@ -13,7 +13,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.certificate import RESIDUALS
+from taskopt.hierarchy.certificate import PRIMAL
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMITS
@@ -24,7 +24,6 @@ from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
 _WITHOUT_OPTIMUM = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
 _LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPPED_KEEPS_LIMITS}
-_PRIMAL = RESIDUALS.index("primal")
 
 
 class Seconds(NamedTuple):
@@ -155,7 +154,7 @@ def may_be_sent(resolution: Resolution) -> bool:
     if not np.isfinite(resolution.x).all():
         return False
     if resolution.status in _LIMITS_KEPT:
-        broken = float(resolution.certificate.residuals[:, _PRIMAL].max())
+        broken = float(resolution.certificate.residuals[:, PRIMAL].max())
         return broken <= _LIMITS_KEPT[resolution.status]
     return resolution.status in _WITHOUT_OPTIMUM
 

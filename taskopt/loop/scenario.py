@@ -7,7 +7,6 @@ from importlib.util import module_from_spec, spec_from_file_location
 from inspect import cleandoc
 from pathlib import Path
 
-
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.kinematics.robot import Robot
@@ -98,7 +97,11 @@ def load_scenario(path: str | Path) -> Scenario:
         raise InvalidValue(f"{file} is not valid Python: line {error.lineno}: {error.msg}") from error
     scenario = getattr(module, "scenario", None)
     if not isinstance(scenario, Scenario):
-        got = "has no name `scenario`" if scenario is None else f"has a `scenario` of type {type(scenario).__name__}"
+        got = (
+            "has no name `scenario`"
+            if scenario is None
+            else f"has a `scenario` of type {type(scenario).__name__}"
+        )
         raise InvalidValue(f"{file} {got}; it must contain scenario = Scenario(robot=…, q0=…, stack=…, …)")
     about = scenario.description or cleandoc(module.__doc__ or "")
     return replace(scenario, name=scenario.name or file.stem, description=about)

@@ -74,7 +74,7 @@ def test_the_table_fits_120_columns() -> None:
 
 def test_a_trial_without_a_certified_optimum_is_left_out_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """No solver is blamed for what nobody knows; the line below the table says how many there were."""
-    monkeypatch.setattr(accuracy, "_optimum", lambda problem: np.full(problem.n, np.nan))
+    monkeypatch.setattr(accuracy, "_optimum", lambda problem: (np.full(problem.n, np.nan), False))
     cells = list(measure(("daqp",), trials=1, room=0.5))
     assert [(cell.raw, cell.unjudged) for cell in cells] == [([], 1)] * len(cells)
     known = next(iter(measure(("daqp",), trials=1)))

@@ -1,13 +1,15 @@
 """Random ticks: proven or reported, limits kept; and the judge sees what is neither."""
 
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from taskopt import Hierarchy, Level
+from taskopt.bench.fuzz import Floor, Tally, _judge, fuzz, table
 from taskopt.bench.random_stacks import FRAMES, fuzz_robot
-from taskopt.bench.fuzz import Floor, Fuzzed, _judge, fuzz
 from taskopt.kinematics.collision.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.obstacle import ObstacleLimit
@@ -27,7 +29,7 @@ def test_every_answer_is_proven_or_reported_and_keeps_every_limit(name: str) -> 
     assert tally.bound > 200
     assert tally.near > 20
     assert tally.clean, tally
-    assert tally.reported == 0, tally
+    assert (tally.reported, tally.fallbacks) == (0, 0), tally
 
 
 @pytest.mark.parametrize(
@@ -37,7 +39,7 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
     """An x that is off by 1e-6, a velocity above its limit, a joint outside its range."""
     arm = planar_arm([0.5, 0.5], lower=-1.0, upper=1.0, velocity=2.0)
     hierarchy = Hierarchy([Level(np.eye(2), [0.5, 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
-    resolution, tally = ActiveSet()(hierarchy)[0], Fuzzed("planar", ticks=1)
+    resolution, tally = ActiveSet()(hierarchy)[0], Tally("planar", ticks=1)
     _judge(tally, resolution, Configuration(arm, np.zeros(2)), [], tmp_path)
     assert tally.clean
     spoilt = Hierarchy([Level(np.eye(2), [0.5 + 1e-6 * (fault == "x"), 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
@@ -74,3 +76,18 @@ def test_the_same_seed_draws_the_same_ticks() -> None:
     assert fuzz_robot("planar").nv == 4
     first, second = ([*fuzz("planar", 60, seed=3)][-1] for _ in range(2))
     assert first == second
+
+
+def test_answers_of_a_fallback_are_counted(tmp_path: Path) -> None:
+    """They are proven like others, and stand in a column of their own."""
+    arm = planar_arm([0.5, 0.5], lower=-1.0, upper=1.0, velocity=2.0)
+    resolution, _ = ActiveSet()(Hierarchy([Level(np.eye(2), [0.5, 0.3])], box=([-2.0] * 2, [2.0] * 2)))
+    tally = Tally("planar", ticks=1)
+    for answer in (resolution, resolution.replaced(fallback="hqp/daqp")):
+        _judge(tally, answer, Configuration(arm, np.zeros(2)), [], tmp_path)
+    assert (tally.fallbacks, tally.unproven) == (1, 0)
+    console = Console(width=120, record=True, file=StringIO())
+    console.print(table([tally]))
+    text = console.export_text()
+    assert "fallback" in text
+    assert "…" not in text
