@@ -181,7 +181,7 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     trials = len(cells[0].raw) + cells[0].unjudged
     binds = "bounds active" if room < 1.0 else "no bound active"
     out = Table(
-        title=f"{binds}: relative error in q̇, largest of {trials}, by {family}/<solver> and by the solver alone",
+        title=f"{binds}: relative error in q̇, largest of {trials}, {family}/<solver> and the solver alone",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         padding=(0, 1, 0, 0),

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from rich import box
 from rich.table import Table
+from rich.text import Text
 
 from taskopt.arrays import Array, Mask
 from taskopt.bench.random_stacks import FRAMES, Draw, aim, fuzz_robot, random_stack, random_start
@@ -178,7 +179,7 @@ class Floor:
 
 
 _COLUMNS = {
-    "ticks\n": "ticks",
+    "ticks": "ticks",
     "bound\nactive": "bound",
     "distance\nactive": "near",
     "limits in\nconflict": "conflicts",
@@ -186,9 +187,9 @@ _COLUMNS = {
     "fallback\nanswered": "fallbacks",
     "claimed,\nunproven": "unproven",
     "worst\ncertificate": "certificate",
-    "over position\n[rad]": "position",
-    "over velocity\n[rad/s]": "velocity",
-    "under distance\n[m]": "distance",
+    "position\n[rad]": "position",
+    "velocity\n[rad/s]": "velocity",
+    "distance\n[m]": "distance",
 }
 
 
@@ -201,10 +202,11 @@ def table(tallies: Sequence[Tally]) -> Table:
     Returns:
         One row for each robot, with counts of ticks and worst figures.
     """
-    out = Table(title="random ticks", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    caption = "position, velocity, distance: largest excess over a limit after the step"
+    out = Table(title="random ticks", caption=caption, box=box.SIMPLE_HEAD, pad_edge=False)
     out.add_column("robot", no_wrap=True)
     for heading in _COLUMNS:
-        out.add_column(heading, justify="right", no_wrap=True)
+        out.add_column(Text(heading), justify="right", no_wrap=True)
     for tally in tallies:
         figures = (getattr(tally, figure) for figure in _COLUMNS.values())
         out.add_row(tally.robot, *(str(n) if isinstance(n, int) else f"{n:.1e}" for n in figures))
