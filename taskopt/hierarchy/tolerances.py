@@ -188,3 +188,83 @@ DIAGONAL_OF_UNDAMPED = 1e-12
 Smaller: rounding in JᵀJ, about 1e-16, decides which solution a solver finds. Larger: it acts as damping, from
 σ = 1e-6 on.
 """
+
+# --- Active set: fast path ------------------------------------------------------------------------------
+
+FAST_PATH_COVERED = 1e-6
+"""Least diagonal cost of an unknown, relative to the largest, with which it is eliminated by its own cost.
+
+Smaller: its inverse enters the reduced matrix and spoils the conditioning, so that the search runs instead.
+Larger: more unknowns go into the Schur complement, which costs time.
+"""
+
+FAST_PATH_PIVOT = 1e-7
+"""Least Cholesky pivot, relative to its diagonal entry, that the fast path accepts.
+
+Smaller: rows that nearly depend on each other are solved by normal equations, which square the condition
+number; one refinement repairs errors only down to a pivot of about 1e-8. Larger: the search runs where the
+fast path would have been right.
+"""
+
+FAST_PATH_FEASIBLE = 1e-12
+"""Violation of a bound, relative to max(1, |value|), that the fast path counts as none.
+
+Smaller: rounding refuses answers that are right, and the search runs. Larger: a velocity that breaks a limit
+by as much is sent without the search.
+"""
+
+FAST_PATH_SIGN = 1e-10
+"""Multiplier of a held bound, relative to the largest term in the sum, whose sign the fast path ignores.
+
+Smaller: rounding makes a bound that ties leave and join again, and the search runs. Larger: a bound is held
+although the optimum lies inside.
+"""
+
+# --- Active set: search ---------------------------------------------------------------------------------
+
+SEARCH_SIGN = 1e-13
+"""Multiplier, relative to the sum of the magnitudes that it is the difference of, that counts as not zero.
+
+Smaller: rounding decides which row is dropped, and the search wanders or cycles. Larger: near a singularity a
+small but true multiplier is ignored, and the answer stays away from the optimum.
+"""
+
+SEARCH_FEASIBLE = 1e-12
+"""Violation of a row, relative to its norm, with which it blocks a step or joins the working set.
+
+Smaller: rows that tie are added in turn by rounding. Larger: the answer violates rows by as much.
+"""
+
+SEARCH_BOX = 1e-12
+"""How far an unknown may pass a bound, relative to max(1, |x|), before it blocks a step.
+
+It is put back onto the bound in the end. Smaller: as for SEARCH_FEASIBLE. Larger: putting it back changes the
+values of the other rows by as much.
+"""
+
+SEARCH_AGREE = 1e-9
+"""Residual of a hard row, relative to its norm, with which hard rows still agree.
+
+Smaller: hard rows that agree but for rounding are called contradictory. Larger: contradictions of that size
+pass as an answer, which the certificate then refuses.
+"""
+
+SEARCH_PERTURBATION = 5e-10
+"""How far the second search moves bounds apart, relative to the norm of their row.
+
+Smaller: rounding still makes them tie. Larger: the perturbed answer may violate the true bounds by more than
+SEARCH_AGREE (it is moved by up to twice this).
+"""
+
+SEARCH_MOVED = 1e-9
+"""Step of an unknown, relative to max(1, |x|), after which dropped rows may be dropped again.
+
+Smaller: a cycle of rounding steps counts as progress. Larger: rows stay locked although x has moved on.
+"""
+
+SEARCH_MOVED_PERTURBED = 1e-11
+"""The same for the second search, in which steps between perturbed bounds are short but real.
+
+Smaller: as for SEARCH_MOVED. Larger: steps between perturbed bounds, of about SEARCH_PERTURBATION, count as
+none.
+"""

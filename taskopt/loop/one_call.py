@@ -10,7 +10,9 @@ from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.plan import fill_tick
 from taskopt.kinematics.stack import Plan
-from taskopt.resolver.active_set.resolver import ActiveSet, new_history, packed, resolve_kernel
+from taskopt.resolver.active_set.resolver import ActiveSet, packed
+from taskopt.resolver.active_set.tick import new_history, tick, tick_fast
+from taskopt.resolver.active_set.workspace import Outcome
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.fallback import ActiveSetWithFallback, conclude
 from taskopt.resolver.tick_review import TickReview
@@ -29,8 +31,8 @@ class OneCall:
         self._plan, self._conclude = plan, conclude
         self._width, self._size = plan.layout.width, plan.layout.answer_size
         self._history = new_history(plan.layout)
-        settings = search.shortcut, search.iterations
-        self._arguments = *plan.tick, plan.hierarchy.norm, *settings, self._history
+        self._arguments = *plan.tick, plan.hierarchy.norm, search.settings, self._history
+        self._entry = _fill_and_tick_fast if search.fast_path else _fill_and_tick
 
     def __call__(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time, without a check of the answer.
@@ -48,7 +50,10 @@ class OneCall:
         plan = self._plan
         plan.aim(q, t)
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
-        code, rounds = _fill_and_resolve(*self._arguments, state, answer)
+        code, rounds = self._entry(*self._arguments, state, answer)
+        if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
+            self._entry = _fill_and_tick
+            code, rounds = self._entry(*self._arguments, state, answer)
         if code == 0:
             return Resolution(plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
         if code < 0:
@@ -85,12 +90,24 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 
 
 @kernel_apart
-def _fill_and_resolve(
-    program, numbers, q, J, placements, buffer, norm, shortcut, limit, history, state, answer
-):
-    """`fill_tick`, then `resolve_kernel`; code −1 where the rows are flawed."""
+def _fill_and_tick_fast(
+    program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
+):  # fmt: skip
+    """`fill_tick`, then `tick_fast`; code −1 where the rows are flawed."""
     if fill_tick(program, numbers, q, J, placements, buffer):
-        return -1, 0
+        return np.int64(-1), np.int64(0)
     split = 3 + program[2] + 2
     offsets, columns = program[3:split], program[split : split + program[1]]
-    return resolve_kernel(buffer, norm, offsets, columns, shortcut, limit, history, state, answer)
+    return tick_fast(buffer, norm, offsets, columns, settings, history, state, answer)
+
+
+@kernel_apart
+def _fill_and_tick(
+    program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
+):  # fmt: skip
+    """`fill_tick`, then `tick`; code −1 where the rows are flawed."""
+    if fill_tick(program, numbers, q, J, placements, buffer):
+        return np.int64(-1), np.int64(0)
+    split = 3 + program[2] + 2
+    offsets, columns = program[3:split], program[split : split + program[1]]
+    return tick(buffer, norm, offsets, columns, settings, history, state, answer)

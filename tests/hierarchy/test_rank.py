@@ -82,7 +82,7 @@ def test_the_compiled_core_goes_by_the_same_number() -> None:
     """A row with less than `LOST` left beside another is dependent, with more it is not, to both alike."""
     for left, counts in ((0.5 * LOST, False), (2.0 * LOST, True)):
         hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.0]), Level([[1.0, left]], [left])])
-        compiled = ActiveSet(shortcut=False)(hierarchy)[0].x
+        compiled = ActiveSet(fast_path=False)(hierarchy)[0].x
         np.testing.assert_allclose(compiled, [0.0, float(counts)], atol=1e-6)
         np.testing.assert_allclose(PseudoInverse()(hierarchy)[0].x, compiled, atol=1e-6)
 

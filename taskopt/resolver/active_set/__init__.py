@@ -1,0 +1,78 @@
+"""`active-set`: the exact lexicographic optimum of a hierarchy, tick by tick.
+
+The problem (see `taskopt.hierarchy.problem`), level 0 being the hard rows and level p + 1 the norm:
+
+    lex min ( ½ Σ w_i d_i(x)² of level 1, …, of level p, ½ xᵀ W x )
+    s.t.    box_lower ≤ x ≤ box_upper,  lower_0 ≤ A_0 x ≤ upper_0.
+
+Symbols (kernels use the names of the last column):
+
+    A       rows, all levels stacked, (M, n)                                     A
+    W       working set: unknowns and rows that are held at a bound, (n + M,)    state (a `Side` each)
+    x       primal: the unknowns, (n,)                                           x, here.x, goal.x
+    L, Q    factors of the rows in W on the free unknowns, A = L Qᵀ              L, reflectors and beta
+    z       coordinates Qᵀ x of the free unknowns; each level decides a part     z
+    λ       multipliers of box and rows, one line a level, (p + 1, n + M)        multipliers
+    α       step towards the solution of W, 0 ≤ α ≤ 1                            alpha
+
+The algorithm. E is Escande, Mansard and Wieber (2014), "Hierarchical quadratic programming: Fast online
+humanoid-robot motion generation", Int. J. Robotics Research 33(7); its algorithms are numbered as in the
+authors' own preprint and code. D is Dimitrov, Sherikov and Wieber (2015), "Efficient resolution of
+potentially conflicting linear constraints in robotics". Equations are cited by section, not by number.
+
+    tick(problem, history):                                                      tick.tick
+        W ← last working set                                                     tick._recall          [a]
+        repeat at most 4 times:                                                  fast_path.fast_path   [b]
+            solve the closed form with the box bounds in W; accept it, or let one bound change its side
+        if it was not accepted:
+            W, x, λ ← search(W)                                                  search.search
+        residuals ← certificate of (x, λ) on the rows as declared                hierarchy.certificate
+        if they prove nothing: once more from the empty W, certify again                               [c]
+
+    search(W):                                                    E Sect. 5, Algorithm 6
+        scale rows by √w and unknowns by √W                                      search._scaled
+        first search: iterate(W)                                                 search._iterate
+        if it has found nothing in 150 factorisations:
+            move the bounds apart, start where all hard rows hold, iterate       search._second_search [d]
+            solve W once more with the true bounds                               search._resolve_true_bounds [e]
+
+    iterate(W):
+        loop:
+            A = L Qᵀ of the rows in W, level by level             D Sect. 3      lexls.factorise
+            goal ← each level's part of z in least squares, then x = Q z
+                                                     D Sect. 3, E Algorithm 1    lexls.solve_levels
+            λ ← of each level, back through the levels before it
+                                                     D Sect. 3, E Algorithm 2    lexls.level_multipliers
+            in the first round: if goal violates a row outside W, add all such rows, start beside it   [f]
+            α ← the first row outside W that blocks the way from x to goal
+                                                     E Algorithm 5               search._first_blocking [g]
+            x ← x + α (goal − x)
+            if a row blocks: add it to W                                                               [h]
+            else: of the first level with a wrong sign, drop the worst row from W
+                                                     E Sect. 5, D Sect. 2        search._row_to_drop   [i]
+                  if no sign is wrong: done; infeasible if a hard row keeps a residual
+
+A member of W may stay if its own residual, then its multiplier at each later level, is lexicographically
+positive on its side. To drop several rows at once, or at a later level than the first wrong one, makes the
+search cycle. Rows that depend on others of their level or before get the multiplier 0.
+
+Our own heuristics have no counterpart in E and D. A search in exact arithmetic on a problem without ties
+needs none of them, and none can make a wrong answer pass, since the certificate judges the result. Beside
+each stands the test in tests/resolver/active_set that fails without it:
+
+    [a] alternation      where ticks alternate between two working sets, guess the one before the last
+    [b] fast path        the closed form of `fast_path`, with four attempts and one refinement
+    [c] second start     a search that proves nothing is repeated without the guess
+    [d] perturbation     bounds that tie are moved apart by SEARCH_PERTURBATION (Charnes 1952)
+    [e] true bounds      the perturbation is taken out of the answer
+    [f] joint start      all rows that the guess violates join W at once; E adds them one by one
+    [g] steepest tie     of rows that block at the same place, the one approached fastest is added
+    [h] lock             a row that was dropped and blocks the next step at once stays until x moves, or for good
+                         after 20 drops; locked rows are unlocked before the search ends
+    [i] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
+    [j] other bound      a two-sided row that is dropped beyond its other bound is held there
+    [k] second proof     an x whose multipliers prove nothing is proven by multipliers found for it
+
+Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `fast_path`, `linalg`, `tick`,
+`resolver`.
+"""

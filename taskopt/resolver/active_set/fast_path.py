@@ -1,23 +1,26 @@
-"""The closed form of a normal tick: every strict level met, the same bounds active as before.
+"""The fast path: the closed form of a tick in which every strict level is met and no new inequality binds.
 
-With D and x0 the diagonal and the target of what comes last (the joint rows of the last level, or
-the norm), C the columns that it covers, U those that it does not (a floating base without a
-posture, or with next to none), and all other rows M x + s = r, s = 0 for strict levels and ½ w s²
-in the last one:
+With D and x0 the diagonal and the target of what comes last (the joint rows of the last level, or the norm),
+C the columns that it covers, U those that it does not (a floating base without a posture, or with next to
+none), X the columns that W holds at a bound, and all other rows M x + s = r, where s = 0 for strict levels
+and costs ½ w s² in the last one:
 
     min ½ Σ D_j (x_j − x0_j)² + ½ Σ s_i²/S_i,   S_i = 0 or 1/w_i
     [ K     M_U ] [ λ   ]   [ r − M_C x0_C − M_X x_X ]
     [ M_Uᵀ −D_U ] [ x_U ] = [ −D_U x0_U              ],   K = M_C D_C⁻¹ M_Cᵀ + S
-    x_C = x0_C + D_C⁻¹ M_Cᵀ λ,
+    x_C = x0_C + D_C⁻¹ M_Cᵀ λ.
 
-X being the columns that last tick's active set holds at a bound. For one level it is (3.50), and
-(3.54) where x0 ≠ 0. It is accepted only if K and its Schur complement are well conditioned, no row
-that is left out is violated, and every active bound has the right sign; else the general algorithm
-runs.
+For one level this is (3.50), and (3.54) where x0 ≠ 0. The result is accepted only if K and its Schur
+complement are well conditioned, no row that is left out is violated, and every active bound has the right
+sign; else the search runs. The optimum is unique, so neither the fast path nor the order of its attempts can
+change an answer.
 """
 
 import numpy as np
 
+from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.hierarchy.tolerances import FAST_PATH_COVERED, FAST_PATH_FEASIBLE, FAST_PATH_SIGN
+from taskopt.hierarchy.view import Rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.linalg import (
     add_row,
@@ -29,138 +32,166 @@ from taskopt.resolver.active_set.linalg import (
     forward,
     gram,
 )
+from taskopt.resolver.active_set.workspace import LastLevel, SaddlePoint, Scratch, Side, Verdict
 
-COVERED = 1e-6  # a column with less of D than this, relative to the largest, counts as uncovered
-FEASIBLE = 1e-12  # violation, relative to max(1, |bound|), that counts as none
-ACCEPTED, AGAIN, REFUSED = 0, 1, 2
-SIGN = 1e-10  # multiplier, relative to the largest, that counts as zero
+PASSES = 2  # the solution and one refinement, which gains what the square of the condition number cost
 
 
 @kernel_apart
-def normal_tick(A, lower, upper, weight, box_lower, box_upper, norm, offsets, columns, state, x, y):
-    """Try the closed form with the active set `state` (n + M); fill x (n,) and y (levels + 1, n + M).
+def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> Verdict:
+    """Try the closed form with one working set.
 
-    Returns ACCEPTED; or AGAIN, where one bound of the box in `state` was taken in or let go, so that
-    another try may succeed; or REFUSED. Unless accepted, x and y hold nothing of value. The optimum
-    is unique, so the order of tries cannot change an answer that is accepted.
+    Args:
+        problem: the views of a hierarchy.
+        state: (n + M,) the working set; where the verdict is AGAIN, one unknown has changed its side.
+        x: (n,) filled with the optimum; worthless unless ACCEPTED.
+        multipliers: (levels + 1, n + M) filled, likewise.
+
+    Returns:
+        The `Verdict`.
+
+    Source:
+        Section 3.5, (3.50) and (3.54); the saddle-point system with a Schur complement is Golub and Van Loan
+        (2013), "Matrix Computations", Sect. 4.4.
     """
-    n, rows, levels = x.size, lower.size, offsets.size - 2
-    places, diagonal = np.empty(2 * n + rows, np.int64), np.empty(4 * n)
-    last, uncovered, chosen = places[:n], places[n : 2 * n], places[2 * n :]
-    D, x0, root, pull = diagonal[:n], diagonal[n : 2 * n], diagonal[2 * n : 3 * n], diagonal[3 * n :]
-    joint_rows = _terminal(lower, upper, weight, norm, offsets, columns, D, x0, last)
-    soft = offsets[levels] if joint_rows else rows  # first row that may keep a residual
-    m = _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen)
+    n, levels = x.size, problem.offsets.size - 2
+    last = _last_level(problem)
+    first_soft = problem.offsets[levels] if last.found else problem.lower.size
+    chosen = np.empty(problem.lower.size, np.int64)
+    m = _choose_rows(problem, state, last.found, chosen)
     if m < 0:
-        return REFUSED
-    thin = 0.0
+        return Verdict.REFUSED
+    root, uncovered, u, thin = np.empty(n), np.empty(n, np.int64), np.int64(0), 0.0
     for j in range(n):
-        thin = max(thin, COVERED * D[j])
-    u = np.int64(0)  # for a literal 0, callees would be compiled once more
+        thin = max(thin, FAST_PATH_COVERED * last.D[j])
     for j in range(n):
-        root[j] = 1.0 / np.sqrt(D[j]) if state[j] == 0 and D[j] > thin else 0.0
-        x[j] = x0[j] if state[j] == 0 else (box_upper[j] if state[j] > 0 else box_lower[j])
-        if state[j] == 0 and D[j] <= thin:
+        free = state[j] == Side.FREE
+        root[j] = 1.0 / np.sqrt(last.D[j]) if free and last.D[j] > thin else 0.0
+        x[j] = last.x0[j] if free else _held_at(problem, j, state[j])
+        if free and last.D[j] <= thin:
             uncovered[u] = j
             u += 1
     if u > m:
-        return REFUSED
-    work = np.empty((2 * m + 3 * u + 3, max(n, m)))  # one allocation costs as much as a dozen sums
-    S, K, MU, G = work[:m], work[m : 2 * m + u], work[2 * m + u : 2 * (m + u)], work[2 * (m + u) :]
-    multiplier, step, move = work[2 * m + 3 * u], work[2 * m + 3 * u + 1], work[2 * m + 3 * u + 2]
-    if not _factorise(A, weight, D, root, chosen, m, soft, uncovered, u, S, K, MU, G):
-        return REFUSED
-    multiplier[:] = 0.0
-    for _ in range(2):  # the second pass is the refinement
-        for a in range(m):
-            i = chosen[a]
-            step[a] = lower[i] - dot_row(A, i, x, n)
-            if i >= soft:
-                step[a] -= multiplier[a] / weight[i]
-        for b in range(u):
-            j = uncovered[b]
-            move[b] = D[j] * (x0[j] - x[j]) + dot_row(MU, b, multiplier, m)
-        _solve(K, G, m, u, step, move)
-        pull[:] = 0.0
-        add_rows(pull, step, S, m, n)
-        for a in range(m):
-            multiplier[a] += step[a]
-        for j in range(n):
-            x[j] += root[j] * pull[j]
-        for b in range(u):
-            x[uncovered[b]] += move[b]
-    y[:, :] = 0.0
-    terminal = levels - 1 if joint_rows else levels
-    largest = _prices(A, D, x0, state, chosen, m, soft, multiplier, x, y[terminal])
-    if joint_rows:
-        _norm_prices(A, norm, chosen, m, uncovered, u, K, G, step, move, pull, last, state, x, y[levels])
-    return _judged(A, lower, upper, box_lower, box_upper, state, x, y[terminal], SIGN * largest)
+        return Verdict.REFUSED
+    work = np.empty((2 * m + 3 * u + 2, max(n, m)))  # one allocation costs as much as a dozen sums
+    saddle = SaddlePoint(
+        chosen[:m], uncovered[:u], first_soft,
+        work[:m], work[m : 2 * m + u], work[2 * m + u : 2 * (m + u)], work[2 * (m + u) : 2 * m + 3 * u],
+    )  # fmt: skip
+    if not _factorise(problem, last, root, saddle):
+        return Verdict.REFUSED
+    scratch = Scratch(work[2 * m + 3 * u], work[2 * m + 3 * u + 1], np.empty(n))
+    balance = np.zeros(m)
+    for _ in range(PASSES):
+        _improve(problem, last, root, saddle, scratch, balance, x)
+    for k in range(levels + 1):
+        for i in range(multipliers.shape[1]):
+            multipliers[k, i] = 0.0
+    own = multipliers[levels - 1 if last.found else levels]
+    largest = _last_multipliers(problem, last, saddle, state, balance, x, own)
+    if last.found:
+        _norm_multipliers(problem, last.row, saddle, scratch, state, x, multipliers[levels])
+    return _judge(problem, state, x, own, FAST_PATH_SIGN * largest)
 
 
 @kernel
-def _terminal(lower, upper, weight, norm, offsets, columns, D, x0, last):
-    """Diagonal and target of what comes last: joint rows of the last level (True), or the norm."""
-    levels = offsets.size - 2
-    D[:] = 0.0
-    x0[:] = 0.0
-    last[:] = -1
-    found = False
-    for i in range(offsets[levels] if levels > 0 else lower.size, lower.size):
-        j = columns[i]
-        if j >= 0 and lower[i] == upper[i]:
-            D[j] += weight[i]
-            x0[j] += weight[i] * lower[i]
-            last[j] = i
+def _last_level(problem: Rows) -> LastLevel:
+    """Collect the joint rows of the last level as a diagonal with targets; without any, take the norm."""
+    n, levels = problem.norm.size, problem.offsets.size - 2
+    D, x0, row, found = np.zeros(n), np.zeros(n), np.full(n, -1, np.int64), False
+    for i in range(problem.offsets[levels] if levels > 0 else problem.lower.size, problem.lower.size):
+        j = problem.columns[i]
+        if j >= 0 and problem.lower[i] == problem.upper[i]:
+            D[j] += problem.weight[i]
+            x0[j] += problem.weight[i] * problem.lower[i]
+            row[j] = i
             found = True
     if not found:
-        copy_into(D, norm)
-        return False
-    for j in range(D.size):
-        if D[j] > 0.0:
-            x0[j] /= D[j]
-    return True
+        copy_into(D, problem.norm)
+    else:
+        for j in range(n):
+            if D[j] > 0.0:
+                x0[j] /= D[j]
+    return LastLevel(D, x0, row, found)
 
 
 @kernel
-def _chosen_rows(lower, upper, columns, state, offsets, joint_rows, n, chosen):
-    """Number and indices of the rows that make up M; -1 if an inequality row is active."""
-    first_last = offsets[offsets.size - 2]
-    m = 0
-    for i in range(lower.size):
-        if lower[i] == upper[i]:
-            if not (joint_rows and i >= first_last and columns[i] >= 0):
+def _choose_rows(problem: Rows, state: StateArray, joint_rows: bool, chosen: IntArray) -> int:
+    """List the equality rows that make up M and return their number; −1 if W holds an inequality row."""
+    n, last, m = problem.norm.size, problem.offsets[problem.offsets.size - 2], 0
+    for i in range(problem.lower.size):
+        if problem.lower[i] == problem.upper[i]:
+            if not (joint_rows and i >= last and problem.columns[i] >= 0):
                 chosen[m] = i
                 m += 1
-        elif state[n + i] != 0:
+        elif state[n + i] != Side.FREE:
             return -1
     return m
 
 
 @kernel
-def _factorise(A, weight, D, root, chosen, m, soft, uncovered, u, S, K, MU, G):
-    """S = M_C D_C^-½, K = S Sᵀ + 1/w = L Lᵀ with (L⁻¹ M_U)ᵀ below it, and G = M_Uᵀ K⁻¹ M_U + D_U = L' L'ᵀ."""
-    n = D.size
+def _held_at(problem: Rows, j: int, side: int) -> float:
+    """Return the bound that holds unknown j."""
+    return problem.box_upper[j] if side == Side.UPPER else problem.box_lower[j]
+
+
+@kernel
+def _factorise(problem: Rows, last: LastLevel, root: Array, saddle: SaddlePoint) -> bool:
+    """Factorise K = S Sᵀ + 1/w with S = M_C D_C^-½, and the Schur complement G = M_Uᵀ K⁻¹ M_U + D_U.
+
+    Returns False where one of the two is not well conditioned.
+    """
+    S, K, G, m, u = saddle.S, saddle.K, saddle.G, saddle.rows.size, saddle.uncovered.size
+    n = root.size
     for a in range(m):
-        i = chosen[a]
+        i = saddle.rows[a]
         for j in range(n):
-            S[a, j] = A[i, j] * root[j]
+            S[a, j] = problem.A[i, j] * root[j]
         for b in range(u):
-            MU[b, a] = K[m + b, a] = A[i, uncovered[b]]
+            saddle.MU[b, a] = K[m + b, a] = problem.A[i, saddle.uncovered[b]]
     gram(S, m, n, K)
     for a in range(m):
-        if chosen[a] >= soft:
-            K[a, a] += 1.0 / weight[chosen[a]]
+        if saddle.rows[a] >= saddle.first_soft:
+            K[a, a] += 1.0 / problem.weight[saddle.rows[a]]
     if not cholesky(K, m, m + u):
         return False
     gram(K[m:], u, m, G)
     for b in range(u):
-        G[b, b] += D[uncovered[b]]
+        G[b, b] += last.D[saddle.uncovered[b]]
     return cholesky(G, u, u)
 
 
 @kernel
-def _solve(K, G, m, u, step, move):
-    """The step (λ, x_U) for right-hand sides of the rows and of the uncovered columns, in place."""
+def _improve(
+    problem: Rows, last: LastLevel, root: Array, saddle: SaddlePoint, scratch: Scratch, balance: Array, x:
+    Array
+) -> None:  # fmt: skip
+    """Solve for the residuals that x and λ = `balance` leave, and add the correction to both."""
+    n, m, u = x.size, balance.size, saddle.uncovered.size
+    step, move, pull = scratch.step, scratch.move, scratch.pull
+    for a in range(m):
+        i = saddle.rows[a]
+        step[a] = problem.lower[i] - dot_row(problem.A, i, x, n)
+        if i >= saddle.first_soft:
+            step[a] -= balance[a] / problem.weight[i]
+    for b in range(u):
+        j = saddle.uncovered[b]
+        move[b] = last.D[j] * (last.x0[j] - x[j]) + dot_row(saddle.MU, b, balance, m)
+    _solve(saddle.K, saddle.G, m, u, step, move)
+    for j in range(n):
+        pull[j] = 0.0
+    add_rows(pull, step, saddle.S, m, n)
+    for a in range(m):
+        balance[a] += step[a]
+    for j in range(n):
+        x[j] += root[j] * pull[j]
+    for b in range(u):
+        x[saddle.uncovered[b]] += move[b]
+
+
+@kernel
+def _solve(K: Array, G: Array, m: int, u: int, step: Array, move: Array) -> None:
+    """Replace the right-hand sides of the m rows and of the u uncovered columns by the solution (λ, x_U)."""
     forward(K, step, m)
     for b in range(u):
         move[b] += dot_row(K, m + b, step, m)
@@ -172,74 +203,81 @@ def _solve(K, G, m, u, step, move):
 
 
 @kernel
-def _prices(A, D, x0, state, chosen, m, soft, multiplier, x, price):
-    """Multipliers of rows and held columns at the level that comes last; returns the largest term."""
-    n = x.size
+def _last_multipliers(
+    problem: Rows, last: LastLevel, saddle: SaddlePoint, state: StateArray, balance: Array, x: Array, out:
+    Array
+) -> float:  # fmt: skip
+    """Fill the multipliers of rows and held columns at the level that comes last; return the largest term."""
+    n, m, largest = x.size, balance.size, 1.0
     for a in range(m):
-        if chosen[a] < soft:
-            price[n + chosen[a]] = -multiplier[a]
-    largest = 1.0
+        if saddle.rows[a] < saddle.first_soft:
+            out[n + saddle.rows[a]] = -balance[a]
     for j in range(n):
-        if state[j] != 0:
-            price[j] = D[j] * (x0[j] - x[j])
-            largest = max(largest, abs(price[j]))
-            for a in range(m):
-                term = multiplier[a] * A[chosen[a], j]
-                price[j] += term
-                largest = max(largest, abs(term))
+        if state[j] == Side.FREE:
+            continue
+        out[j] = last.D[j] * (last.x0[j] - x[j])
+        largest = max(largest, abs(out[j]))
+        for a in range(m):
+            term = balance[a] * problem.A[saddle.rows[a], j]
+            out[j] += term
+            largest = max(largest, abs(term))
     return largest
 
 
 @kernel
-def _norm_prices(A, norm, chosen, m, uncovered, u, K, G, row, share, rest, last, state, x, price):
-    """The norm's gradient W x balanced by rows: M for the uncovered columns, joint rows for the others."""
-    n = x.size
+def _norm_multipliers(
+    problem: Rows, last_row: IntArray, saddle: SaddlePoint, scratch: Scratch, state: StateArray, x: Array,
+    out: Array
+) -> None:  # fmt: skip
+    """Balance the norm's gradient W x by rows: M for the uncovered columns, joint rows for the others."""
+    n, m, u = x.size, saddle.rows.size, saddle.uncovered.size
+    row, share, rest = scratch.step, scratch.move, scratch.pull
     for j in range(n):
-        rest[j] = -norm[j] * x[j]
+        rest[j] = -problem.norm[j] * x[j]
     if u > 0:
         for b in range(u):
-            share[b] = rest[uncovered[b]]
-        forward(G, share, u)
-        backward(G, share, u)
-        row[:] = 0.0
-        for b in range(u):
-            add_row(row, -share[b], K, m + b, m)
-        backward(K, row, m)
+            share[b] = rest[saddle.uncovered[b]]
+        forward(saddle.G, share, u)
+        backward(saddle.G, share, u)
         for a in range(m):
-            price[n + chosen[a]] = -row[a]
-            add_row(rest, row[a], A, chosen[a], n)
+            row[a] = 0.0
+        for b in range(u):
+            add_row(row, -share[b], saddle.K, m + b, m)
+        backward(saddle.K, row, m)
+        for a in range(m):
+            out[n + saddle.rows[a]] = -row[a]
+            add_row(rest, row[a], problem.A, saddle.rows[a], n)
     for j in range(n):
-        if last[j] >= 0:
-            price[n + last[j]] = rest[j]
-        elif state[j] != 0:
-            price[j] = rest[j]
+        if last_row[j] >= 0:
+            out[n + last_row[j]] = rest[j]
+        elif state[j] != Side.FREE:
+            out[j] = rest[j]
 
 
 @kernel
-def _judged(A, lower, upper, box_lower, box_upper, state, x, price, sign):
-    """ACCEPTED if no bound is crossed and none has the wrong sign; else the worst of the box changes side."""
-    n = x.size
-    worst, change, side = 0.0, -1, 0
+def _judge(problem: Rows, state: StateArray, x: Array, multipliers: Array, sign: float) -> Verdict:
+    """Accept if no bound is crossed and no sign is wrong; else let the worst unknown change its side."""
+    n, worst, change, side = x.size, 0.0, -1, Side.FREE
     for j in range(n):
-        if not np.isfinite(x[j]) or box_lower[j] > box_upper[j]:
-            return REFUSED
-        if state[j] != 0:
-            wrong = -state[j] * price[j]
-            if change < 0 and wrong > sign and box_lower[j] < box_upper[j]:
-                change, side = j, 0
+        lower, upper = problem.box_lower[j], problem.box_upper[j]
+        if not np.isfinite(x[j]) or lower > upper:
+            return Verdict.REFUSED
+        if state[j] != Side.FREE:
+            if change < 0 and -state[j] * multipliers[j] > sign and lower < upper:
+                change, side = j, Side.FREE
             continue
-        over = max(x[j] - box_upper[j], box_lower[j] - x[j])
-        if over > max(worst, FEASIBLE * max(1.0, abs(x[j]))):
-            worst, change, side = over, j, 1 if x[j] > box_upper[j] else -1
+        over = max(x[j] - upper, lower - x[j])
+        if over > max(worst, FAST_PATH_FEASIBLE * max(1.0, abs(x[j]))):
+            worst, change, side = over, j, Side.UPPER if x[j] > upper else Side.LOWER
     if change >= 0:
         state[change] = side
-        return AGAIN
-    for i in range(lower.size):
-        if lower[i] != upper[i]:
-            value = dot_row(A, i, x, n)
-            allowed = FEASIBLE * max(1.0, abs(value))
-            if value > upper[i] + allowed or value < lower[i] - allowed:
-                return REFUSED
+        return Verdict.AGAIN
+    for i in range(problem.lower.size):
+        if problem.lower[i] != problem.upper[i]:
+            value = dot_row(problem.A, i, x, n)
+            allowed = FAST_PATH_FEASIBLE * max(1.0, abs(value))
+            if value > problem.upper[i] + allowed or value < problem.lower[i] - allowed:
+                return Verdict.REFUSED
     for j in range(n):
-        x[j] = min(max(x[j], box_lower[j]), box_upper[j])
-    return ACCEPTED
+        x[j] = min(max(x[j], problem.box_lower[j]), problem.box_upper[j])
+    return Verdict.ACCEPTED

@@ -1,135 +1,194 @@
 """Equality-constrained hierarchy by orthogonal factorisation, and its lexicographic multipliers.
 
-Rows of the working set W, level by level, are brought to lower trapezoidal form T = M Q by
-row-pivoted Householder reflections from the right; each level then fixes its own part of y = Qᵀ z
-in least squares, and what is left at the end is zero (minimum norm). Bounds that hold an unknown
-are columns taken out, not rows. Dimitrov, Sherikov and Wieber (2015), "Efficient resolution of
-potentially conflicting linear constraints in robotics", Sect. 3; Escande, Mansard and Wieber
-(2014), Int. J. Robotics Research 33(7), Sect. 4.
+The rows of the working set W, level by level, are brought to lower trapezoidal form A = L Qᵀ by row-pivoted
+Householder reflections from the right. Each level then decides its own part of z = Qᵀ x in least squares, and
+what no level decides is zero, which is the minimum norm. Bounds that hold an unknown are columns taken out,
+not rows. This is the l-QR of Dimitrov, Sherikov and Wieber (2015), Sect. 3; with another factorisation, the
+primal of Escande, Mansard and Wieber (2014) is their Algorithm 1 and the multipliers are their Algorithm 2.
 
-Everything here is in scaled units: rows times √w, unknowns z = √W x with W diagonal.
+All quantities are scaled (see `workspace.ScaledRows`).
 """
 
 import numpy as np
 
-from taskopt.hierarchy.tolerances import LOST  # a row with less left, relative to the row, is dependent
+from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.hierarchy.tolerances import LOST
 from taskopt.jit import kernel, kernel_apart
+from taskopt.resolver.active_set.workspace import Factor, LevelMultipliers, Side, Solution
+
+
+@kernel
+def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
+    """Allocate a factorisation for the free unknowns of a working set.
+
+    Args:
+        rows: M.
+        levels: number of levels, the hard rows among them.
+        state: (n + M,) `Side` of each unknown and row.
+        n: number of unknowns.
+
+    Returns:
+        The `Factor`, with `free` filled.
+    """
+    free, f = np.empty(n, np.int64), 0
+    for j in range(n):
+        if state[j] == Side.FREE:
+            free[f] = j
+            f += 1
+    return Factor(
+        free[:f],
+        np.empty(rows, np.int64),
+        np.empty(levels + 1, np.int64),
+        np.empty(levels + 1, np.int64),
+        np.empty((rows, f)),
+        np.empty((f, f)),
+        np.empty(f),
+    )
 
 
 @kernel_apart
-def factorise(S, scale, offsets, state, free, order, starts, ranks, T, V, beta):
-    """l-QR of the rows in the working set; returns nothing, fills the arrays.
+def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, factor: Factor) -> None:
+    """Factorise the rows of W on the free unknowns, A = L Qᵀ, level by level.
 
-    S (M, n): scaled rows; `state` (n + M): ≠ 0 for rows in W; `free`: the free columns (nf,).
-    Fills `order` (M,): rows in W, level by level, pivots first; `starts` (levels + 2,): where each
-    level begins in it; `ranks` (levels + 2,): rank before each level; T (M, nf), V (nf, nf), beta.
+    Inside a level the row with the largest remainder is the next pivot. A row with a remainder of at most
+    LOST times its own size depends on the rows before it, and decides nothing. Source: Dimitrov, Sherikov and
+    Wieber (2015), Sect. 3, by rows instead of columns.
+
+    Args:
+        A: (M, n) scaled rows.
+        scale: (M,) size of each row for the decision of rank.
+        offsets: (levels + 1,) first row of each level, the hard rows first.
+        state: (n + M,) `Side` of each unknown and row; those that are not FREE are in W.
+        factor: filled.
     """
-    n, nf = S.shape[1], free.size
-    levels = offsets.size - 1
+    n, f, levels = A.shape[1], factor.free.size, offsets.size - 1
+    L, order, starts = factor.L, factor.order, factor.starts
     count, rank = np.int64(0), np.int64(0)  # for literals, callees would be compiled once more
     for k in range(levels):
         starts[k] = count
         for i in range(offsets[k], offsets[k + 1]):
-            if state[n + i] != 0:
+            if state[n + i] != Side.FREE:
                 order[count] = i
-                for c in range(nf):
-                    T[count, c] = S[i, free[c]]
+                for c in range(f):
+                    L[count, c] = A[i, factor.free[c]]
                 count += 1
     starts[levels] = count
-    left = np.empty(count)
     for k in range(levels):
-        ranks[k] = rank
+        factor.ranks[k] = rank
         top = starts[k]
         for _ in range(starts[k + 1] - starts[k]):
-            if rank == nf:
+            if rank == f:
                 break
-            best, pivot = 0.0, -1
-            for a in range(top, starts[k + 1]):
-                left[a] = 0.0
-                for c in range(rank, nf):
-                    left[a] += T[a, c] * T[a, c]
-                remainder = np.sqrt(left[a])
-                if remainder > LOST * scale[order[a]] and remainder > best:
-                    best, pivot = remainder, a
+            pivot = _largest_remainder(L, scale, order, top, starts[k + 1], rank)
             if pivot < 0:
                 break
             if pivot != top:
                 order[pivot], order[top] = order[top], order[pivot]
-                for c in range(nf):
-                    T[pivot, c], T[top, c] = T[top, c], T[pivot, c]
-            _reflect(T, V, beta, top, count, rank, nf)
+                for c in range(f):
+                    L[pivot, c], L[top, c] = L[top, c], L[pivot, c]
+            _reflect(L, factor.reflectors, factor.beta, top, count, rank)
             top += 1
             rank += 1
-    ranks[levels] = rank
+    factor.ranks[levels] = rank
 
 
 @kernel
-def _reflect(T, V, beta, top, count, rank, nf):
-    """Householder reflection that leaves row `top` nothing right of column `rank`."""
-    norm = 0.0
-    for c in range(rank, nf):
-        norm += T[top, c] * T[top, c]
+def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop: int, rank: int) -> int:
+    """Return the row of a level with the largest part right of column `rank`, or −1 if none is left."""
+    best, pivot = 0.0, -1
+    for a in range(first, stop):
+        squared = 0.0
+        for c in range(rank, L.shape[1]):
+            squared += L[a, c] * L[a, c]
+        remainder = np.sqrt(squared)
+        if remainder > LOST * scale[order[a]] and remainder > best:
+            best, pivot = remainder, a
+    return pivot
+
+
+@kernel
+def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: int, rank: int) -> None:
+    """Apply to rows `top` to `count` the reflection that leaves row `top` nothing right of column `rank`."""
+    f, norm = L.shape[1], 0.0
+    for c in range(rank, f):
+        norm += L[top, c] * L[top, c]
     norm = np.sqrt(norm)
-    head = T[top, rank]
+    head = L[top, rank]
     alpha = -norm if head > 0.0 else norm
-    V[rank, rank] = head - alpha
-    squared = V[rank, rank] * V[rank, rank]
-    for c in range(rank + 1, nf):
-        V[rank, c] = T[top, c]
-        squared += V[rank, c] * V[rank, c]
-    beta[rank] = 2.0 / squared if squared > 0.0 else 0.0
+    reflectors[rank, rank] = head - alpha
+    squared = reflectors[rank, rank] * reflectors[rank, rank]
+    for c in range(rank + 1, f):
+        reflectors[rank, c] = L[top, c]
+        squared += reflectors[rank, c] * reflectors[rank, c]
+    beta[rank] = 2.0 / squared
     for a in range(top, count):
         total = 0.0
-        for c in range(rank, nf):
-            total += T[a, c] * V[rank, c]
+        for c in range(rank, f):
+            total += L[a, c] * reflectors[rank, c]
         total *= beta[rank]
-        for c in range(rank, nf):
-            T[a, c] -= total * V[rank, c]
-    T[top, rank] = alpha
-    for c in range(rank + 1, nf):
-        T[top, c] = 0.0
+        for c in range(rank, f):
+            L[a, c] -= total * reflectors[rank, c]
+    L[top, rank] = alpha
+    for c in range(rank + 1, f):
+        L[top, c] = 0.0
 
 
 @kernel_apart
-def solve_levels(T, scale, order, starts, ranks, target, levels, size, y, residual, terms):
-    """Least squares level by level: y (nf,), the residual T y − target of each row in W, and the sum of
-    the magnitudes that it is the difference of, which tells how much of it is rounding.
+def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solution: Solution) -> None:
+    """Solve the factorised hierarchy: min ‖L z − target‖² level by level.
+
+    A level whose rows are all pivots is met exactly, by forward substitution; another one is solved in least
+    squares. Source: Dimitrov, Sherikov and Wieber (2015), Sect. 3; Escande, Mansard and Wieber (2014),
+    Algorithm 1.
+
+    Args:
+        factor: what `factorise` filled.
+        scale: (M,) size of each row.
+        target: (M,) right-hand side of each row in W, with the unknowns that a bound holds taken out.
+        held: Σ |x_j| of these unknowns; the rounding in `target` grows with it.
+        solution: filled.
     """
-    y[:] = 0.0
-    for k in range(levels):
-        first, count = starts[k], starts[k + 1] - starts[k]
-        r0, rank = ranks[k], ranks[k + 1] - ranks[k]
-        for a in range(first, first + count):
+    L, order, z = factor.L, factor.order, solution.z
+    residual, terms = solution.residual, solution.terms
+    for c in range(z.size):
+        z[c] = 0.0
+    for k in range(factor.ranks.size - 1):
+        first, stop = factor.starts[k], factor.starts[k + 1]
+        r0, r1 = factor.ranks[k], factor.ranks[k + 1]
+        count, rank = stop - first, r1 - r0
+        for a in range(first, stop):
             value = -target[order[a]]
             for c in range(r0):
-                value += T[a, c] * y[c]
+                value += L[a, c] * z[c]
             residual[a] = value
         if count == rank:
             for p in range(rank):
                 value = -residual[first + p]
                 for c in range(p):
-                    value -= T[first + p, r0 + c] * y[r0 + c]
-                y[r0 + p] = value / T[first + p, r0 + p]
+                    value -= L[first + p, r0 + c] * z[r0 + c]
+                z[r0 + p] = value / L[first + p, r0 + p]
         elif rank > 0:
-            _least_squares(T, residual, first, count, r0, rank, y)
-        for a in range(first, first + count):
-            for c in range(r0, r0 + rank):
-                residual[a] += T[a, c] * y[c]
-            terms[a] = abs(target[order[a]]) + scale[order[a]] * size
-            for c in range(r0 + rank):
-                terms[a] += scale[order[a]] * abs(y[c])
+            _least_squares(L, residual, first, count, r0, rank, z)
+        for a in range(first, stop):
+            for c in range(r0, r1):
+                residual[a] += L[a, c] * z[c]
+            terms[a] = abs(target[order[a]]) + scale[order[a]] * held
+            for c in range(r1):
+                terms[a] += scale[order[a]] * abs(z[c])
             if count == rank:
                 residual[a] = terms[a] = 0.0
 
 
 @kernel
-def _least_squares(T, residual, first, count, r0, rank, y):
-    """min ‖B u + residual‖ with B = T[first:, r0:r0 + rank], by Householder from the left; u into y."""
+def _least_squares(
+    L: Array, residual: Array, first: int, count: int, r0: int, rank: int, z: Array
+) -> None:  # fmt: skip
+    """Solve min ‖B u + residual‖ by Householder, B being the level's own block of L; u goes into z."""
     B, c = np.empty((count, rank)), np.empty(count)
     for a in range(count):
         c[a] = -residual[first + a]
         for p in range(rank):
-            B[a, p] = T[first + a, r0 + p]
+            B[a, p] = L[first + a, r0 + p]
     v = np.empty(count)
     for p in range(rank):
         norm = 0.0
@@ -141,85 +200,123 @@ def _least_squares(T, residual, first, count, r0, rank, y):
         for a in range(p, count):
             v[a] = B[a, p] - alpha if a == p else B[a, p]
             squared += v[a] * v[a]
-        if squared > 0.0:
-            for b in range(p, rank):
-                total = 0.0
-                for a in range(p, count):
-                    total += v[a] * B[a, b]
-                total *= 2.0 / squared
-                for a in range(p, count):
-                    B[a, b] -= total * v[a]
+        for b in range(p, rank):
             total = 0.0
             for a in range(p, count):
-                total += v[a] * c[a]
+                total += v[a] * B[a, b]
             total *= 2.0 / squared
             for a in range(p, count):
-                c[a] -= total * v[a]
+                B[a, b] -= total * v[a]
+        total = 0.0
+        for a in range(p, count):
+            total += v[a] * c[a]
+        total *= 2.0 / squared
+        for a in range(p, count):
+            c[a] -= total * v[a]
     for p in range(rank - 1, -1, -1):
         value = c[p]
         for b in range(p + 1, rank):
-            value -= B[p, b] * y[r0 + b]
-        y[r0 + p] = value / B[p, p]
+            value -= B[p, b] * z[r0 + b]
+        z[r0 + p] = value / B[p, p]
 
 
 @kernel
-def rotate(V, beta, rank, y):
-    """z = Q y in place: the reflections applied in reverse."""
-    nf = y.size
-    for p in range(rank - 1, -1, -1):
+def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
+    """Set the free unknowns of x to Q z: apply the reflections in reverse.
+
+    Args:
+        factor: what `factorise` filled.
+        z: (f,) coordinates of the free unknowns.
+        x: (n,) whose free entries are overwritten.
+    """
+    f, free = z.size, np.empty(z.size)
+    for c in range(f):
+        free[c] = z[c]
+    for p in range(factor.ranks[factor.ranks.size - 1] - 1, -1, -1):
         total = 0.0
-        for c in range(p, nf):
-            total += V[p, c] * y[c]
-        total *= beta[p]
-        for c in range(p, nf):
-            y[c] -= total * V[p, c]
+        for c in range(p, f):
+            total += factor.reflectors[p, c] * free[c]
+        total *= factor.beta[p]
+        for c in range(p, f):
+            free[c] -= total * factor.reflectors[p, c]
+    for c in range(f):
+        x[factor.free[c]] = free[c]
 
 
 @kernel_apart
 def level_multipliers(
-    S, T, scale, order, starts, ranks, levels, k, residual, terms, y, z, state, out, unsure
-):  # fmt: skip
-    """Multipliers of box and rows at level k (k = levels: the norm), (n + M,), scaled; 0 where none.
+    A: Array, scale: Array, factor: Factor, solution: Solution, state: StateArray, x: Array, k: int,
+    out: LevelMultipliers,
+) -> None:  # fmt: skip
+    """Compute the multipliers of box and rows at level k.
 
-    Σ own gradient + Σ λ_i S_i + λ_box = 0, rows that depend on others (no pivot) getting 0. `unsure`:
-    the sum of the magnitudes that each is the difference of.
+    The gradient of the level, Σ residual_i A_i over its own rows, is balanced by the rows of the levels
+    before it, from level k − 1 up to 0: in z, row by row, the triangle of each level's pivots is solved. Rows
+    that depend on others have no pivot, and get 0. The bounds that hold unknowns balance what is left:
+
+        Σ_own residual_i A_i + Σ_before λ_i A_i + λ_box = 0.
+
+    Source: Escande, Mansard and Wieber (2014), Algorithm 2; Dimitrov, Sherikov and Wieber (2015), Sect. 3.
+
+    Args:
+        A: (M, n) scaled rows.
+        scale: (M,) size of each row.
+        factor: what `factorise` filled.
+        solution: what `solve_levels` filled.
+        state: (n + M,) `Side` of each unknown and row.
+        x: (n,) the solution.
+        k: the level, 0 for the hard rows; the number of levels stands for the norm, with gradient x.
+        out: filled.
     """
-    n, nf = S.shape[1], y.size
-    out[:] = 0.0
-    unsure[:] = 0.0
-    g, size = np.zeros(nf), np.zeros(nf)
+    n, f, levels = A.shape[1], factor.free.size, factor.starts.size - 1
+    L, order, starts, ranks = factor.L, factor.order, factor.starts, factor.ranks
+    value_of, terms_of = out.value, out.terms
+    for j in range(value_of.size):
+        value_of[j] = 0.0
+        terms_of[j] = 0.0
+    gradient, size = np.zeros(f), np.zeros(f)
     if k == levels:
-        for c in range(nf):
-            g[c] = y[c]
-            size[c] = abs(y[c])
+        for c in range(f):
+            gradient[c] = solution.z[c]
+            size[c] = abs(solution.z[c])
     else:
         for a in range(starts[k], starts[k + 1]):
-            out[n + order[a]] = residual[a]
-            unsure[n + order[a]] = terms[a]
+            residual, terms = solution.residual[a], solution.terms[a]
+            value_of[n + order[a]] = residual
+            terms_of[n + order[a]] = terms
             for c in range(ranks[k]):
-                g[c] += residual[a] * T[a, c]
-                size[c] += terms[a] * abs(T[a, c]) + abs(residual[a]) * scale[order[a]]
+                gradient[c] += residual * L[a, c]
+                size[c] += terms * abs(L[a, c]) + abs(residual) * scale[order[a]]
     for j in range(min(k, levels) - 1, -1, -1):
         r0, rank, first = ranks[j], ranks[j + 1] - ranks[j], starts[j]
         for p in range(rank - 1, -1, -1):
-            value, sum_of = -g[r0 + p], size[r0 + p]
+            value, sum_of = -gradient[r0 + p], size[r0 + p]
             for b in range(p + 1, rank):
-                value -= T[first + b, r0 + p] * out[n + order[first + b]]
-                sum_of += scale[order[first + b]] * abs(out[n + order[first + b]])
-            out[n + order[first + p]] = value / T[first + p, r0 + p]
-            unsure[n + order[first + p]] = sum_of / abs(T[first + p, r0 + p])
+                value -= L[first + b, r0 + p] * value_of[n + order[first + b]]
+                sum_of += scale[order[first + b]] * abs(value_of[n + order[first + b]])
+            value_of[n + order[first + p]] = value / L[first + p, r0 + p]
+            terms_of[n + order[first + p]] = sum_of / abs(L[first + p, r0 + p])
         for p in range(rank):
-            price = out[n + order[first + p]]
+            multiplier = value_of[n + order[first + p]]
             for c in range(r0):
-                g[c] += price * T[first + p, c]
-                size[c] += abs(price) * scale[order[first + p]]
+                gradient[c] += multiplier * L[first + p, c]
+                size[c] += abs(multiplier) * scale[order[first + p]]
+    _box_multipliers(A, scale, factor, state, x, k, out)
+
+
+@kernel
+def _box_multipliers(
+    A: Array, scale: Array, factor: Factor, state: StateArray, x: Array, k: int, out: LevelMultipliers
+) -> None:  # fmt: skip
+    """Balance what the rows leave of a level's gradient in the columns of the unknowns that a bound holds."""
+    n, order, levels = x.size, factor.order, factor.starts.size - 1
     for j in range(n):
-        if state[j] != 0:
-            value, sum_of = (-z[j], abs(z[j])) if k == levels else (0.0, 0.0)
-            for a in range(starts[min(k + 1, levels)]):
-                value -= out[n + order[a]] * S[order[a], j]
-                sum_of += (
-                    unsure[n + order[a]] * abs(S[order[a], j]) + abs(out[n + order[a]]) * scale[order[a]]
-                )
-            out[j] = value
-            unsure[j] = sum_of
+        if state[j] == Side.FREE:
+            continue
+        value, sum_of = (-x[j], abs(x[j])) if k == levels else (0.0, 0.0)
+        for a in range(factor.starts[min(k + 1, levels)]):
+            i = order[a]
+            value -= out.value[n + i] * A[i, j]
+            sum_of += out.terms[n + i] * abs(A[i, j]) + abs(out.value[n + i]) * scale[i]
+        out.value[j] = value
+        out.terms[j] = sum_of

@@ -6,14 +6,21 @@ time; Golub and Van Loan (2013), "Matrix Computations", Sect. 4.2.
 
 import numpy as np
 
+from taskopt.arrays import Array
+from taskopt.hierarchy.tolerances import FAST_PATH_PIVOT
 from taskopt.jit import kernel
-
-PIVOT = 1e-7  # least relative pivot; with one refinement a solution is then right to about 1e-11
 
 
 @kernel
-def gram(S, m, n, K):
-    """K = S Sᵀ (lower triangle) of the first m rows and n columns, two by two: each load serves twice."""
+def gram(S: Array, m: int, n: int, K: Array) -> None:
+    """Form K = S Sᵀ (lower triangle), two rows by two: each value that is loaded serves twice.
+
+    Args:
+        S: (≥ m, ≥ n) matrix of which the first m rows and n columns count.
+        m: number of rows.
+        n: number of columns.
+        K: (≥ m, ≥ m) filled; of its upper triangle, the 2 × 2 blocks on the diagonal as well.
+    """
     for a in range(0, m - 1, 2):
         for b in range(0, a + 1, 2):
             aa, ab, ba, bb = 0.0, 0.0, 0.0, 0.0
@@ -29,14 +36,20 @@ def gram(S, m, n, K):
 
 
 @kernel
-def cholesky(K, m, rows):
-    """K = L Lᵀ in place (lower triangle, diagonal inverted); False where a relative pivot is below PIVOT.
+def cholesky(K: Array, m: int, rows: int) -> bool:
+    """Factorise K = L Lᵀ in place, with the diagonal of L inverted, and turn the rows B below K into B L⁻ᵀ.
 
-    The rows after the first m, up to `rows`, hold a matrix B; they become B L⁻ᵀ.
+    Args:
+        K: (≥ rows, ≥ m) with the lower triangle of K in its first m rows, and B in those up to `rows`.
+        m: size of K.
+        rows: m plus the number of rows of B.
+
+    Returns:
+        False where a pivot is at most FAST_PATH_PIVOT times its diagonal entry; K is then half done.
     """
     for b in range(m):
         pivot = K[b, b] - dot_rows(K, b, K, b, b)
-        if not pivot > PIVOT * K[b, b]:
+        if not pivot > FAST_PATH_PIVOT * K[b, b]:
             return False
         inverse = 1.0 / np.sqrt(pivot)
         K[b, b] = inverse
@@ -60,23 +73,23 @@ def cholesky(K, m, rows):
 
 
 @kernel
-def forward(K, b, m):
-    """b ← L⁻¹ b, K as `cholesky` left it."""
+def forward(K: Array, b: Array, m: int) -> None:
+    """Replace the first m entries of b by L⁻¹ b, with K as `cholesky` left it."""
     for a in range(m):
         b[a] = (b[a] - dot_row(K, a, b, a)) * K[a, a]
 
 
 @kernel
-def backward(K, b, m):
-    """b ← L⁻ᵀ b, K as `cholesky` left it."""
+def backward(K: Array, b: Array, m: int) -> None:
+    """Replace the first m entries of b by L⁻ᵀ b, with K as `cholesky` left it."""
     for a in range(m - 1, -1, -1):
         b[a] *= K[a, a]
         add_row(b, -b[a], K, a, a)
 
 
 @kernel
-def dot_rows(A, a, B, b, n):
-    """Σ_j A_aj B_bj over the first n columns; a slice of an array would cost more than the sum."""
+def dot_rows(A: Array, a: int, B: Array, b: int, n: int) -> float:
+    """Return Σ_j A_aj B_bj over the first n columns; a slice of an array would cost more than the sum."""
     total = 0.0
     for j in range(n):
         total += A[a, j] * B[b, j]
@@ -84,8 +97,8 @@ def dot_rows(A, a, B, b, n):
 
 
 @kernel
-def dot_row(A, a, x, n):
-    """Σ_j A_aj x_j over the first n columns."""
+def dot_row(A: Array, a: int, x: Array, n: int) -> float:
+    """Return Σ_j A_aj x_j over the first n columns."""
     total = 0.0
     for j in range(n):
         total += A[a, j] * x[j]
@@ -93,15 +106,15 @@ def dot_row(A, a, x, n):
 
 
 @kernel
-def add_row(x, factor, A, a, n):
-    """x_j += factor · A_aj over the first n columns."""
+def add_row(x: Array, factor: float, A: Array, a: int, n: int) -> None:
+    """Add factor · A_aj to x_j for the first n columns j."""
     for j in range(n):
         x[j] += factor * A[a, j]
 
 
 @kernel
-def add_rows(x, factors, A, m, n):
-    """x_j += Σ_a factors_a A_aj over the first m rows and n columns, four rows at a time."""
+def add_rows(x: Array, factors: Array, A: Array, m: int, n: int) -> None:
+    """Add Σ_a factors_a A_aj to x_j for the first m rows a and n columns j, four rows at a time."""
     a = 0
     while a + 4 <= m:
         first, second, third, fourth = factors[a], factors[a + 1], factors[a + 2], factors[a + 3]
@@ -114,7 +127,23 @@ def add_rows(x, factors, A, m, n):
 
 
 @kernel
-def copy_into(target, source):
-    """target ← source; as an assignment to a slice, its check of sizes takes a second to compile."""
+def row_values(A: Array, x: Array, value: Array) -> None:
+    """Set value = A x, row by row.
+
+    Args:
+        A: (M, n) rows.
+        x: (n,) unknowns.
+        value: (M,) filled.
+    """
+    for i in range(value.size):
+        total = 0.0
+        for j in range(x.size):
+            total += A[i, j] * x[j]
+        value[i] = total
+
+
+@kernel
+def copy_into(target: Array, source: Array) -> None:
+    """Copy `source` into `target`; assigning to a slice would take a second to compile."""
     for i in range(target.size):
         target[i] = source[i]

@@ -12,12 +12,18 @@ _NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED, Status.INFEASIBLE})
 
 
 def polish(resolution: Resolution) -> Resolution:
-    """The same problem, solved again with the final active set of `resolution` as equalities.
+    """Solve the same problem again, with the final active set of an answer as equalities.
 
-    Where that set is wrong, rows change from there on by our own walk. `iterations` counts the
-    factorisations: 1 if and only if the set was right as it stood. Status and certificate are of the
-    new x. What did not aim at an optimum, a closed form or brakes, is returned as it is.
+    Where that set is wrong, rows change from there on by our own search.
+
+    Args:
+        resolution: the answer of any resolver.
+
+    Returns:
+        The polished answer with its own status and certificate. Its `iterations` count the factorisations: 1
+        if and only if the set was right as it stood. What did not aim at an optimum, such as a closed form or
+        brakes, is returned as it is.
     """
     if resolution.status in _NO_OPTIMUM:
         return resolution
-    return ActiveSet(shortcut=False)(resolution.problem, Memory(resolution.state))[0]
+    return ActiveSet(fast_path=False)(resolution.problem, Memory(resolution.state))[0]

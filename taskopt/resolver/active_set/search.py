@@ -1,176 +1,267 @@
 """The exact lexicographic optimum by a primal active set with lexicographic multipliers.
 
-From last tick's working set W: solve the hierarchy with the rows of W as equalities; if a row left
-out is violated or a multiplier has the wrong sign, walk. One step goes from x towards the solution
-for W up to the first row that blocks, which joins W; at a full step the row with the most negative
-multiplier at the *first* wrong level leaves. An active inequality may stay if its own violation,
-then its multiplier at each later level, is lexicographically positive. Escande, Mansard and Wieber
-(2014), Sect. 5; changing several rows at once, or dropping at a later level, cycles.
-
-Near a singularity a multiplier of 1e-10 decides where x stands, so what counts as zero is no more than the
-rounding in the terms that it is the sum of. A sign that is lost in rounding all the same shows when its row
-has left: where the next step is blocked by that row at once, it stays until x moves.
+`taskopt.resolver.active_set` explains the algorithm in pseudo-code. Near a singularity a multiplier of 1e-10
+can decide where x stands. A multiplier therefore counts as zero only below SEARCH_SIGN times the sum of the
+magnitudes that it is the difference of. If a row that was just dropped blocks the next step at once, its sign
+was rounding noise: it is added back, and locked until x moves.
 """
 
 import numpy as np
 
-from taskopt.hierarchy.tolerances import LOST
+from taskopt.arrays import Array, StateArray
+from taskopt.hierarchy.tolerances import (
+    LOST,
+    SEARCH_AGREE,
+    SEARCH_BOX,
+    SEARCH_FEASIBLE,
+    SEARCH_MOVED,
+    SEARCH_MOVED_PERTURBED,
+    SEARCH_SIGN,
+)
+from taskopt.hierarchy.view import Rows
 from taskopt.jit import kernel, kernel_apart
-from taskopt.resolver.active_set.lexls import factorise, level_multipliers, rotate, solve_levels
-from taskopt.resolver.active_set.linalg import copy_into
+from taskopt.resolver.active_set.lexls import (
+    factorise,
+    level_multipliers,
+    new_factor,
+    solve_levels,
+    unknowns_into,
+)
+from taskopt.resolver.active_set.linalg import copy_into, row_values
 from taskopt.resolver.active_set.start import (
-    AGREE,
-    FEASIBLE,
-    ROUNDING,
-    can_rest,
-    crossed,
-    nudge,
-    only_possible,
-    rest_into,
-    take_in,
-    values_into,
-    violated,
+    correct_working_set,
+    has_empty_interval,
+    perturbed,
+    row_side,
+    start_at_zero,
+    start_beside,
+    violates,
+    zero_is_feasible,
+)
+from taskopt.resolver.active_set.workspace import (
+    Factor,
+    LevelMultipliers,
+    Locks,
+    Outcome,
+    Point,
+    ScaledRows,
+    Side,
+    Solution,
 )
 
-SOLVED, NOT_DONE, INFEASIBLE, UNSURE = 0, 1, 2, 3
-PARDONS = 5  # times that all rows that are held may be let go again, in the second walk
-OFTEN = 20  # times that a row may leave before it is held for good
-MOVED, NUDGED = 1e-9, 1e-11  # a step that moves no unknown by more, relative, is none
-SIGN = 1e-13  # multiplier that counts, relative to the terms that it is the sum of
+MAX_DROPS = 20  # a row that left W more often is locked: a few returns are normal, so many are a cycle
+MAX_UNLOCKS = (
+    5  # how often the second search unlocks all rows; each time it has moved on, so a few are enough
+)
 
 
 @kernel_apart
-def walk(S, scale, low, high, box_low, box_high, offsets, state, first, limit, x, y):
-    """Fill x (n,) and y (levels + 1, n + M), all scaled; `state` is the guess and then the answer.
+def search(
+    problem: Rows, state: StateArray, x: Array, multipliers: Array, first: int, limit: int
+) -> tuple[Outcome, int]:
+    """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
-    Returns (status, factorisations). `offsets` starts with the hard rows, which are level 0. Where the walk
-    from the guess leads nowhere in `first` factorisations, it is done again from a point that keeps the hard
-    rows, with bounds that tie moved apart by less than what counts as kept (Charnes 1952).
+    The first search starts from the guess. Where it leads nowhere in `first` factorisations, a second one
+    starts from a point that keeps the hard rows, with bounds moved apart by less than what counts as kept, so
+    that none of them tie (Charnes 1952). Source: Escande, Mansard and Wieber (2014), Sect. 5, Algorithm 6.
+
+    Args:
+        problem: the views of a hierarchy.
+        state: (n + M,) the guess of the working set; overwritten by the final one.
+        x: (n,) filled with the optimum.
+        multipliers: (levels + 1, n + M) filled.
+        first: factorisations that the guess is worth.
+        limit: factorisations in all.
+
+    Returns:
+        The `Outcome` and the number of factorisations.
     """
-    n, rows = x.size, low.size
-    value, size, ones = np.empty(rows), np.empty(rows), np.ones(n)
-    for i in range(rows):
-        size[i] = max(np.sqrt(S[i] @ S[i]), LOST * scale[i])
-    if crossed(low, high, box_low, box_high, offsets):
-        x[:] = np.nan
-        return INFEASIBLE, 0
-    only_possible(low, high, box_low, box_high, state, n)
-    first = min(first, limit)
-    status, rounds = _walk(
-        S, scale, size, low, high, box_low, box_high, offsets, state, True, first, MOVED, 0, x, value, y
+    n = x.size
+    rows = _scaled(problem)
+    if has_empty_interval(rows):
+        for j in range(n):
+            x[j] = np.nan
+        return Outcome.CONTRADICTION, 0
+    here = Point(x, np.empty(rows.lower.size))
+    correct_working_set(rows, state)
+    outcome, rounds = _iterate(
+        rows, state, here, multipliers, np.bool_(True), min(first, limit), SEARCH_MOVED, np.int64(0)
     )
-    rest = can_rest(S, low, high, box_low, box_high, offsets, size)
-    if status == SOLVED or rounds >= limit:
-        return (NOT_DONE if status == UNSURE else status), rounds
-    apart = np.empty((4, max(n, rows)))
-    near_low, near_high, box_near, box_far = apart[0, :rows], apart[1, :rows], apart[2, :n], apart[3, :n]
-    nudge(near_low, near_high, low, high, size, rounds)
-    nudge(box_near, box_far, box_low, box_high, ones, rounds)
-    state[:] = 0
-    if rest:
-        rest_into(S, near_low, near_high, box_near, box_far, size, state, x, value)
-    only_possible(low, high, box_low, box_high, state, n)
-    status, more = _walk(
-        S,
-        scale,
-        size,
-        near_low,
-        near_high,
-        box_near,
-        box_far,
-        offsets,
-        state,
-        not rest,
-        limit - rounds,
-        NUDGED,
-        PARDONS,
-        x,
-        value,
-        y,
-    )
-    if status in (SOLVED, UNSURE):
-        _settle(S, scale, size, low, high, box_low, box_high, offsets, state, x, y)
-        status = SOLVED
-    return status, rounds + more
+    if outcome != Outcome.SOLVED and rounds < limit:
+        outcome, more = _second_search(rows, state, here, multipliers, rounds, limit - rounds)
+        rounds += more
+    if outcome == Outcome.UNSURE:
+        outcome = Outcome.ITERATION_LIMIT
+    _unscale(problem, state, x, multipliers)
+    return outcome, rounds
 
 
 @kernel
-def _settle(S, scale, size, low, high, box_low, box_high, offsets, state, x, y):
-    """Put x and y to what W has with the true bounds, unless others are then violated."""
-    n, rows = x.size, low.size
-    target, ahead, goal, prices = np.empty(rows), np.empty(rows), np.empty(n), np.empty(y.shape)
-    held = np.zeros(n + rows, np.bool_)
-    _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, prices)
-    values_into(S, goal, ahead)
+def _scaled(problem: Rows) -> ScaledRows:
+    """Multiply rows by √w and unknowns by √W, so that weights and norm become the identity."""
+    A, norm, n, count = problem.A, problem.norm, problem.norm.size, problem.lower.size
+    S, scale, size = np.empty((count, n)), np.empty(count), np.empty(count)
+    lower, upper, box_lower, box_upper = np.empty(count), np.empty(count), np.empty(n), np.empty(n)
+    stretch = np.empty(n)
     for j in range(n):
-        if not box_low[j] - AGREE <= goal[j] <= box_high[j] + AGREE:
-            return
-    for i in range(rows):
-        slack = AGREE * size[i]
-        if (state[n + i] == 0 or i < offsets[1]) and not low[i] - slack <= ahead[i] <= high[i] + slack:
-            return
-    copy_into(x, goal)
-    for k in range(y.shape[0]):
-        copy_into(y[k], prices[k])
+        stretch[j] = np.sqrt(norm[j])
+        box_lower[j] = problem.box_lower[j] * stretch[j]
+        box_upper[j] = problem.box_upper[j] * stretch[j]
+    for i in range(count):
+        root = 1.0 if i < problem.offsets[1] else np.sqrt(problem.weight[i])
+        declared, squared = 0.0, 0.0
+        for j in range(n):
+            S[i, j] = A[i, j] * root / stretch[j]
+            declared += A[i, j] * A[i, j] / norm[j]
+            squared += S[i, j] * S[i, j]
+        scale[i] = root * max(1.0, np.sqrt(declared))
+        size[i] = max(np.sqrt(squared), LOST * scale[i])
+        lower[i], upper[i] = problem.lower[i] * root, problem.upper[i] * root
+    return ScaledRows(S, scale, size, lower, upper, box_lower, box_upper, problem.offsets)
+
+
+@kernel
+def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> None:
+    """Undo the scaling of x and of the multipliers; put x onto the bounds that hold it, and into the box."""
+    n = x.size
+    for j in range(n):
+        stretch = np.sqrt(problem.norm[j])
+        x[j] /= stretch
+        if state[j] != Side.FREE:
+            x[j] = problem.box_upper[j] if state[j] == Side.UPPER else problem.box_lower[j]
+        x[j] = min(max(x[j], problem.box_lower[j]), problem.box_upper[j])
+        for k in range(multipliers.shape[0]):
+            multipliers[k, j] *= stretch
+    for i in range(problem.offsets[1], problem.lower.size):
+        root = np.sqrt(problem.weight[i])
+        for k in range(multipliers.shape[0]):
+            multipliers[k, n + i] *= root
 
 
 @kernel_apart
-def _walk(
-    S, scale, size, low, high, box_low, box_high, offsets, state, fresh, limit, moved, pardons, x, value, y
-):  # fmt: skip
-    """From the solution of the guess (`fresh`) or from x, whose rows have `value`, as `walk`.
+def _second_search(
+    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: int, limit: int
+) -> tuple[Outcome, int]:
+    """Search with perturbed bounds, from zero where that keeps the hard rows, else from the empty set."""
+    near, from_zero = perturbed(rows, turn), zero_is_feasible(rows)
+    if from_zero:
+        start_at_zero(near, state, here)
+    else:
+        for j in range(state.size):
+            state[j] = Side.FREE
+    correct_working_set(rows, state)
+    outcome, rounds = _iterate(
+        near,
+        state,
+        here,
+        multipliers,
+        np.bool_(not from_zero),
+        limit,
+        SEARCH_MOVED_PERTURBED,
+        np.int64(MAX_UNLOCKS),
+    )
+    if outcome == Outcome.SOLVED or outcome == Outcome.UNSURE:
+        _resolve_true_bounds(rows, state, here, multipliers)
+        outcome = Outcome.SOLVED
+    return outcome, rounds
 
-    Status UNSURE: rows that left and came straight back were kept in W, and the signs speak against it.
+
+@kernel
+def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multipliers: Array) -> None:
+    """Solve W once more with the bounds as declared, and take its solution unless it violates others."""
+    n, count = here.x.size, here.value.size
+    goal, found = Point(np.empty(n), np.empty(count)), np.empty(multipliers.shape)
+    _solve(rows, state, np.zeros(n + count, np.bool_), goal.x, found)
+    row_values(rows.A, goal.x, goal.value)
+    for j in range(n):
+        if not rows.box_lower[j] - SEARCH_AGREE <= goal.x[j] <= rows.box_upper[j] + SEARCH_AGREE:
+            return
+    for i in range(count):
+        slack = SEARCH_AGREE * rows.size[i]
+        inside = rows.lower[i] - slack <= goal.value[i] <= rows.upper[i] + slack
+        if not inside and (state[n + i] == Side.FREE or i < rows.offsets[1]):
+            return
+    copy_into(here.x, goal.x)
+    for k in range(multipliers.shape[0]):
+        copy_into(multipliers[k], found[k])
+
+
+@kernel_apart
+def _iterate(
+    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool, limit: int,
+    moved: float, unlocks: int,
+) -> tuple[Outcome, int]:  # fmt: skip
+    """Add and drop rows of W until it is optimal: the loop of the search.
+
+    Args:
+        rows: the problem, scaled.
+        state: (n + M,) the working set, changed in place.
+        here: the point; it has to be given unless `from_guess`.
+        multipliers: (levels + 1, n + M) filled, scaled.
+        from_guess: start at the solution of W instead of at `here`.
+        limit: factorisations that are allowed.
+        moved: a step that moves no unknown by more, relative, is none.
+        unlocks: how often the rows that are locked may be unlocked again.
+
+    Returns:
+        The `Outcome` and the number of factorisations. UNSURE where locked rows have the wrong sign after
+        all.
     """
-    n, rows = x.size, low.size
-    target, goal, ahead = np.empty(rows), np.empty(n), np.empty(rows)
-    left, held = np.zeros(n + rows, np.bool_), np.zeros(n + rows, np.bool_)
-    leaves = np.zeros(n + rows, np.int64)
+    n, count = here.x.size, here.value.size
+    goal = Point(np.empty(n), np.empty(count))
+    locks = Locks(np.zeros(n + count, np.bool_), np.zeros(n + count, np.bool_), np.zeros(n + count, np.int64))
     for iteration in range(1, limit + 1):
-        leaving = _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y)
-        values_into(S, goal, ahead)
-        if fresh:  # all of last tick's guess at once
-            fresh = False
-            wrong = violated(low, high, box_low, box_high, size, state, goal, ahead)
-            if wrong > 0:
-                take_in(S, low, high, box_low, box_high, size, state, goal, x, value)
+        leaving = _solve(rows, state, locks.locked, goal.x, multipliers)
+        row_values(rows.A, goal.x, goal.value)
+        if from_guess:
+            from_guess = False
+            if violates(rows, state, goal):
+                start_beside(rows, state, goal, here)
                 continue
-            copy_into(x, goal)
-            copy_into(value, ahead)
-        alpha, entering, side = _block(low, high, box_low, box_high, size, state, x, goal, value, ahead)
-        if _moves(x, goal, alpha, moved):
-            left[:] = False
-            for j in range(held.size):
-                held[j] = leaves[j] > OFTEN
+            _move_to(here, goal)
+        alpha, entering, side = _first_blocking(rows, state, here, goal)
+        if _moves(here.x, goal.x, alpha, moved):
+            for j in range(n + count):
+                locks.dropped[j] = False
+                locks.locked[j] = locks.drops[j] > MAX_DROPS
         if entering >= 0:
-            held[entering] = left[entering] or leaves[entering] > OFTEN
+            locks.locked[entering] = locks.dropped[entering] or locks.drops[entering] > MAX_DROPS
             for j in range(n):
-                x[j] += alpha * (goal[j] - x[j])
+                here.x[j] += alpha * (goal.x[j] - here.x[j])
             if entering < n:
-                x[entering] = box_high[entering] if side > 0 else box_low[entering]
-            values_into(S, x, value)
+                here.x[entering] = (
+                    rows.box_upper[entering] if side == Side.UPPER else rows.box_lower[entering]
+                )
+            row_values(rows.A, here.x, here.value)
             state[entering] = side
             continue
-        copy_into(x, goal)
-        copy_into(value, ahead)
-        if leaving < 0 and held.any():
-            held[:] = False
-            leaving = _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, goal, y)
-            if leaving >= 0 and pardons == 0:
-                return UNSURE, iteration
-            pardons -= 1
-            leaves[:] = 0
+        _move_to(here, goal)
+        if leaving < 0 and locks.locked.any():
+            for j in range(n + count):
+                locks.locked[j] = False
+                locks.drops[j] = 0
+            leaving = _solve(rows, state, locks.locked, goal.x, multipliers)
+            if leaving >= 0 and unlocks == 0:
+                return Outcome.UNSURE, iteration
+            unlocks -= 1
         if leaving < 0:
-            return _verdict(low, high, offsets, size, ahead), iteration
-        left[leaving] = True
-        leaves[leaving] += 1
-        state[leaving] = _beyond(low, high, size, state[leaving], leaving - n, ahead)
-    return NOT_DONE, limit
+            return _verdict(rows, goal.value), iteration
+        locks.dropped[leaving] = True
+        locks.drops[leaving] += 1
+        state[leaving] = _side_after(rows, state[leaving], leaving - n, goal.value)
+    return Outcome.ITERATION_LIMIT, limit
 
 
 @kernel
-def _moves(x, goal, alpha, moved):
-    """Whether a step is more than rounding."""
+def _move_to(here: Point, goal: Point) -> None:
+    """Take the full step."""
+    copy_into(here.x, goal.x)
+    copy_into(here.value, goal.value)
+
+
+@kernel
+def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
+    """Return True if a step is more than rounding."""
     for j in range(x.size):
         if alpha * abs(goal[j] - x[j]) > moved * max(1.0, abs(x[j])):
             return True
@@ -178,122 +269,114 @@ def _moves(x, goal, alpha, moved):
 
 
 @kernel_apart
-def _solve(S, scale, low, high, box_low, box_high, offsets, state, held, target, x, y):
-    """Solution x for W with multipliers y; returns the row that must leave, or -1."""
-    n, rows, levels = x.size, low.size, offsets.size - 1
-    free, nf = np.empty(n, np.int64), 0
+def _solve(rows: ScaledRows, state: StateArray, locked: Array, x: Array, multipliers: Array) -> int:
+    """Solve the hierarchy with the rows of W as equalities; return the row to drop from W, or −1."""
+    n, count, levels = x.size, rows.lower.size, rows.offsets.size - 1
+    target, held = np.empty(count), 0.0
     for j in range(n):
-        if state[j] != 0:
-            x[j] = box_high[j] if state[j] > 0 else box_low[j]
-        else:
-            free[nf] = j
-            nf += 1
-    for i in range(rows):
-        if state[n + i] != 0:
-            target[i] = high[i] if state[n + i] > 0 else low[i]
+        if state[j] != Side.FREE:
+            x[j] = rows.box_upper[j] if state[j] == Side.UPPER else rows.box_lower[j]
+            held += abs(x[j])
+    for i in range(count):
+        if state[n + i] != Side.FREE:
+            target[i] = rows.upper[i] if state[n + i] == Side.UPPER else rows.lower[i]
             for j in range(n):
-                if state[j] != 0:
-                    target[i] -= S[i, j] * x[j]
-    order = np.empty(rows, np.int64)
-    starts, ranks = np.empty(levels + 1, np.int64), np.empty(levels + 1, np.int64)
-    T, V, beta = np.empty((rows, nf)), np.empty((nf, nf)), np.empty(nf)
-    factorise(S, scale, offsets, state, free[:nf], order, starts, ranks, T, V, beta)
-    solution, rotated, residual, terms = np.empty(nf), np.empty(nf), np.empty(rows), np.empty(rows)
-    size = 0.0
-    for j in range(n):
-        if state[j] != 0:
-            size += abs(x[j])
-    solve_levels(T, scale, order, starts, ranks, target, levels, size, solution, residual, terms)
-    copy_into(rotated, solution)
-    rotate(V, beta, ranks[levels], rotated)
-    for c in range(nf):
-        x[free[c]] = rotated[c]
-    return _signs(
-        S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
-        residual, terms, solution, x, state, held, y,
-    )  # fmt: skip
+                if state[j] != Side.FREE:
+                    target[i] -= rows.A[i, j] * x[j]
+    factor = new_factor(count, levels, state, n)
+    factorise(rows.A, rows.scale, rows.offsets, state, factor)
+    solution = Solution(np.empty(factor.free.size), np.empty(count), np.empty(count))
+    solve_levels(factor, rows.scale, target, held, solution)
+    unknowns_into(factor, solution.z, x)
+    return _row_to_drop(rows, factor, solution, state, x, locked, multipliers)
 
 
 @kernel_apart
-def _signs(
-    S, T, order, starts, ranks, offsets, scale, low, high, box_low, box_high,
-    residual, terms, solution, x, state, held, y,
-):  # fmt: skip
-    """All multipliers; returns the inequality with the worst sign at the first wrong level, or -1."""
-    n, levels = x.size, starts.size - 1
-    decided = held.copy()
-    out, unsure = np.empty(n + low.size), np.empty(n + low.size)
+def _row_to_drop(
+    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: Array,
+    multipliers: Array,
+) -> int:  # fmt: skip
+    """Compute all multipliers; return the inequality with the worst sign at the first wrong level, or −1.
+
+    A member of W may stay if its own residual, then its multiplier at each later level, is lexicographically
+    positive on its side: once positive, it is decided for all levels below. Source: Escande, Mansard and
+    Wieber (2014), Sect. 5, and Dimitrov, Sherikov and Wieber (2015), Sect. 2.
+    """
+    n, levels = x.size, factor.starts.size - 1
+    decided = locked.copy()
+    level = LevelMultipliers(np.empty(decided.size), np.empty(decided.size))
     leaving = -1
-    for a in range(starts[levels]):
-        i = order[a]
-        decided[n + i] |= low[i] == high[i]
+    for i in range(rows.lower.size):
+        decided[n + i] |= rows.lower[i] == rows.upper[i]
     for j in range(n):
-        decided[j] |= box_low[j] == box_high[j]
+        decided[j] |= rows.box_lower[j] == rows.box_upper[j]
     for k in range(levels + 1):
-        level_multipliers(
-            S, T, scale, order, starts, ranks, levels, k, residual, terms, solution, x, state, out, unsure
-        )
+        level_multipliers(rows.A, rows.scale, factor, solution, state, x, k, level)
         if k > 0:
-            copy_into(y[k - 1], out)
+            copy_into(multipliers[k - 1], level.value)
         if leaving >= 0:
             continue
         worst = 0.0
-        for j in range(n + low.size):
-            if state[j] == 0 or decided[j]:
+        for j in range(n + rows.offsets[min(k + 1, levels)]):
+            if state[j] == Side.FREE or decided[j]:
                 continue
-            if j >= n and j - n >= offsets[min(k + 1, levels)]:
-                continue
-            tolerance = SIGN * unsure[j]
-            price = state[j] * out[j]
-            if price > tolerance:
+            tolerance = SEARCH_SIGN * level.terms[j]
+            signed = state[j] * level.value[j]
+            if signed > tolerance:
                 decided[j] = True
-            elif price < -tolerance and (leaving < 0 or price < worst):
-                worst, leaving = price, j
+            elif signed < -tolerance and (leaving < 0 or signed < worst):
+                worst, leaving = signed, j
     return leaving
 
 
 @kernel
-def _beyond(low, high, size, side, i, value):
-    """State of a row that leaves W: free, or held at its other bound if it lies beyond that one."""
-    if i >= 0 and side > 0 and value[i] < low[i] - FEASIBLE * size[i]:
-        return -1
-    if i >= 0 and side < 0 and value[i] > high[i] + FEASIBLE * size[i]:
-        return 1
-    return 0
+def _side_after(rows: ScaledRows, side: int, i: int, value: Array) -> int:
+    """Return the state of a member that leaves W: its other bound if row i is beyond that, else FREE."""
+    if i >= 0:
+        beyond = row_side(value[i], rows.lower[i], rows.upper[i], rows.size[i])
+        if beyond == -side:
+            return beyond
+    return Side.FREE
 
 
 @kernel
-def _block(low, high, box_low, box_high, size, state, x, goal, value, ahead):
-    """Largest step in [0, 1] towards the goal; the row that stops it (or -1) and its side."""
-    n = x.size
-    alpha, entering, side, steepest = 1.0, -1, 0, 0.0
-    for j in range(n + low.size):
-        if state[j] != 0:
+def _first_blocking(
+    rows: ScaledRows, state: StateArray, here: Point, goal: Point
+) -> tuple[float, int, int]:  # fmt: skip
+    """Find the largest step in [0, 1] towards the goal, the member that stops it (or −1), and its side.
+
+    Of those that stop it at the same place, the one that is approached fastest comes first. Source: Escande,
+    Mansard and Wieber (2014), Algorithm 5; their first-come rule for ties is replaced by the steepest.
+    """
+    n = here.x.size
+    alpha, entering, side, steepest = 1.0, -1, Side.FREE, 0.0
+    for j in range(n + rows.lower.size):
+        if state[j] != Side.FREE:
             continue
         if j < n:
-            here, there, bottom, top = x[j], goal[j], box_low[j], box_high[j]
-            slack = ROUNDING * max(1.0, abs(there))
+            now, then, lower, upper = here.x[j], goal.x[j], rows.box_lower[j], rows.box_upper[j]
+            slack = SEARCH_BOX * max(1.0, abs(then))
         else:
             i = j - n
-            here, there, bottom, top = value[i], ahead[i], low[i], high[i]
-            slack = FEASIBLE * size[i]
-        if there > top + slack and there > here:
-            step, toward = max(0.0, (top - here) / (there - here)), 1
-        elif there < bottom - slack and there < here:
-            step, toward = max(0.0, (bottom - here) / (there - here)), -1
+            now, then, lower, upper = here.value[i], goal.value[i], rows.lower[i], rows.upper[i]
+            slack = SEARCH_FEASIBLE * rows.size[i]
+        if then > upper + slack and then > now:
+            step, toward = max(0.0, (upper - now) / (then - now)), Side.UPPER
+        elif then < lower - slack and then < now:
+            step, toward = max(0.0, (lower - now) / (then - now)), Side.LOWER
         else:
             continue
-        slope = abs(there - here)
+        slope = abs(then - now)
         if step < alpha or (step == alpha and slope > steepest) or entering < 0:
             alpha, entering, side, steepest = step, j, toward, slope
     return alpha, entering, side
 
 
 @kernel
-def _verdict(low, high, offsets, size, value):
-    """Solved, or infeasible if a hard row keeps a residual."""
-    for i in range(offsets[1]):
-        slack = AGREE * size[i]
-        if value[i] > high[i] + slack or value[i] < low[i] - slack:
-            return INFEASIBLE
-    return SOLVED
+def _verdict(rows: ScaledRows, value: Array) -> Outcome:
+    """Return CONTRADICTION if a hard row keeps a residual, else SOLVED."""
+    for i in range(rows.offsets[1]):
+        slack = SEARCH_AGREE * rows.size[i]
+        if value[i] > rows.upper[i] + slack or value[i] < rows.lower[i] - slack:
+            return Outcome.CONTRADICTION
+    return Outcome.SOLVED

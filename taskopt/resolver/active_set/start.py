@@ -1,120 +1,170 @@
-"""Where the walk of `working_set` starts: the guess of the last tick, or a point that keeps all hard rows."""
+"""Where the search starts: the working set of the last tick, or a point that keeps all hard rows.
+
+Escande, Mansard and Wieber (2014), Sect. 5, start from any working set, as the first search here does. The
+start at zero and the perturbed bounds of the second search are ours.
+"""
 
 import numpy as np
 
+from taskopt.arrays import Array, StateArray
+from taskopt.hierarchy.tolerances import SEARCH_AGREE, SEARCH_BOX, SEARCH_FEASIBLE, SEARCH_PERTURBATION
 from taskopt.jit import kernel
+from taskopt.resolver.active_set.linalg import row_values
+from taskopt.resolver.active_set.workspace import Point, ScaledRows, Side
 
-AGREE = 1e-9  # hard rows that contradict each other by less, relative to the row's norm, agree
-FEASIBLE = 1e-12  # violation that counts, likewise
-ROUNDING = 1e-12  # by how much x may pass a bound of the box before it counts; it is then put back
-NUDGE = 5e-10  # by how much bounds are moved apart, relative to the row
-_GOLDEN = 0.6180339887498949
+_GOLDEN_RATIO = 0.6180339887498949  # its multiples, modulo 1, are spread evenly and never repeat
 
 
 @kernel
-def crossed(low, high, box_low, box_high, offsets):
-    """Whether a hard interval is empty."""
-    hard = offsets[1]
-    return (box_low > box_high).any() or (low[:hard] > high[:hard]).any()
+def has_empty_interval(rows: ScaledRows) -> bool:
+    """Return True if the lower bound of an unknown or of a hard row exceeds its upper bound."""
+    empty = False
+    for j in range(rows.box_lower.size):
+        empty |= rows.box_lower[j] > rows.box_upper[j]
+    for i in range(rows.offsets[1]):
+        empty |= rows.lower[i] > rows.upper[i]
+    return empty
 
 
 @kernel
-def only_possible(low, high, box_low, box_high, state, n):
-    """Equalities always belong to W; a side without a bound never does."""
+def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
+    """Put every equality into W, and take every side out of W that has no bound.
+
+    Args:
+        rows: the problem.
+        state: (n + M,) `Side` of each unknown and row, corrected.
+    """
+    n = rows.box_lower.size
+    _correct_sides(rows.box_lower, rows.box_upper, state[:n])
+    _correct_sides(rows.lower, rows.upper, state[n:])
+
+
+@kernel
+def _correct_sides(lower: Array, upper: Array, state: StateArray) -> None:
+    """Do so for the unknowns, or for the rows."""
+    for i in range(lower.size):
+        if lower[i] == upper[i]:
+            state[i] = Side.UPPER
+        elif (state[i] == Side.UPPER and upper[i] == np.inf) or (
+            state[i] == Side.LOWER and lower[i] == -np.inf
+        ):
+            state[i] = Side.FREE
+
+
+@kernel
+def box_side(value: float, lower: float, upper: float) -> int:
+    """Return the `Side` of the box that an unknown violates, or FREE."""
+    slack = SEARCH_BOX * max(1.0, abs(value))
+    if value > upper + slack:
+        return Side.UPPER
+    if value < lower - slack:
+        return Side.LOWER
+    return Side.FREE
+
+
+@kernel
+def row_side(value: float, lower: float, upper: float, size: float) -> int:
+    """Return the `Side` of a row, ‖a‖ = size, that its value violates, or FREE."""
+    slack = SEARCH_FEASIBLE * size
+    if value > upper + slack:
+        return Side.UPPER
+    if value < lower - slack:
+        return Side.LOWER
+    return Side.FREE
+
+
+@kernel
+def violates(rows: ScaledRows, state: StateArray, goal: Point) -> bool:
+    """Return True if a point violates an unknown's bound or a row outside W."""
+    n = goal.x.size
     for j in range(n):
-        if box_low[j] == box_high[j]:
-            state[j] = 1
-        elif (state[j] > 0 and box_high[j] == np.inf) or (state[j] < 0 and box_low[j] == -np.inf):
-            state[j] = 0
-    for i in range(low.size):
-        if low[i] == high[i]:
-            state[n + i] = 1
-        elif (state[n + i] > 0 and high[i] == np.inf) or (state[n + i] < 0 and low[i] == -np.inf):
-            state[n + i] = 0
+        beyond = box_side(goal.x[j], rows.box_lower[j], rows.box_upper[j])
+        if state[j] == Side.FREE and beyond != Side.FREE:
+            return True
+    for i in range(goal.value.size):
+        beyond = row_side(goal.value[i], rows.lower[i], rows.upper[i], rows.size[i])
+        if state[n + i] == Side.FREE and beyond != Side.FREE:
+            return True
+    return False
 
 
 @kernel
-def violated(low, high, box_low, box_high, size, state, x, value):
-    """Number of inequalities outside W that x violates."""
-    n, count = x.size, 0
+def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) -> None:
+    """Start at the solution of the guess, moved into the box; what is violated joins W.
+
+    Args:
+        rows: the problem.
+        state: (n + M,) the guess; violated unknowns and rows are added.
+        goal: the solution of the guess with the values of all rows.
+        here: filled.
+    """
+    n = here.x.size
     for j in range(n):
-        slack = ROUNDING * max(1.0, abs(x[j]))
-        if state[j] == 0 and (x[j] > box_high[j] + slack or x[j] < box_low[j] - slack):
-            count += 1
-    for i in range(low.size):
-        if state[n + i] == 0:
-            slack = FEASIBLE * size[i]
-            if value[i] > high[i] + slack or value[i] < low[i] - slack:
-                count += 1
-    return count
+        here.x[j] = min(max(goal.x[j], rows.box_lower[j]), rows.box_upper[j])
+        if state[j] == Side.FREE:
+            state[j] = box_side(goal.x[j], rows.box_lower[j], rows.box_upper[j])
+    row_values(rows.A, here.x, here.value)
+    for i in range(here.value.size):
+        if state[n + i] == Side.FREE:
+            state[n + i] = row_side(here.value[i], rows.lower[i], rows.upper[i], rows.size[i])
 
 
 @kernel
-def take_in(S, low, high, box_low, box_high, size, state, goal, x, value):
-    """Start of the walk: x is the guess's solution moved into the box; violated rows join W."""
-    n = x.size
-    for j in range(n):
-        x[j] = min(max(goal[j], box_low[j]), box_high[j])
-        slack = ROUNDING * max(1.0, abs(x[j]))
-        if state[j] == 0 and goal[j] > box_high[j] + slack:
-            state[j] = 1
-        elif state[j] == 0 and goal[j] < box_low[j] - slack:
-            state[j] = -1
-    values_into(S, x, value)
-    for i in range(low.size):
-        if state[n + i] == 0:
-            slack = FEASIBLE * size[i]
-            if value[i] > high[i] + slack:
-                state[n + i] = 1
-            elif value[i] < low[i] - slack:
-                state[n + i] = -1
-
-
-@kernel
-def can_rest(S, low, high, box_low, box_high, offsets, size):
-    """Whether the point of the box nearest to zero keeps all hard rows."""
-    for i in range(offsets[1]):
-        value = 0.0
-        for j in range(box_low.size):
-            value += S[i, j] * min(max(0.0, box_low[j]), box_high[j])
-        if value > high[i] + AGREE * size[i] or value < low[i] - AGREE * size[i]:
+def zero_is_feasible(rows: ScaledRows) -> bool:
+    """Return True if the point of the box nearest to zero keeps all hard rows."""
+    for i in range(rows.offsets[1]):
+        value, slack = 0.0, SEARCH_AGREE * rows.size[i]
+        for j in range(rows.box_lower.size):
+            value += rows.A[i, j] * min(max(0.0, rows.box_lower[j]), rows.box_upper[j])
+        if value > rows.upper[i] + slack or value < rows.lower[i] - slack:
             return False
     return True
 
 
 @kernel
-def rest_into(S, low, high, box_low, box_high, size, state, x, value):
-    """Start of the walk at the point of the box nearest to zero; what it violates or touches is W."""
-    n = x.size
-    for j in range(n):
-        x[j] = min(max(0.0, box_low[j]), box_high[j])
-        state[j] = 0 if box_low[j] < x[j] < box_high[j] else (1 if x[j] == box_high[j] else -1)
-    values_into(S, x, value)
-    for i in range(low.size):
-        slack = FEASIBLE * size[i]
-        state[n + i] = 1 if value[i] > high[i] + slack else (-1 if value[i] < low[i] - slack else 0)
+def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
+    """Start at the point of the box nearest to zero; W is what it violates, and the bounds that it touches.
 
-
-@kernel
-def values_into(S, x, value):
-    """S x, row by row."""
-    for i in range(value.size):
-        total = 0.0
-        for j in range(x.size):
-            total += S[i, j] * x[j]
-        value[i] = total
-
-
-@kernel
-def nudge(low, high, from_low, from_high, size, turn):
-    """Open each interval by a share of its own, so that no two bounds are met at the same point.
-
-    Another `turn`, other shares.
+    Args:
+        rows: the problem.
+        state: (n + M,) filled.
+        here: filled.
     """
-    for i in range(low.size):
-        apart = (
-            size[i] * NUDGE * (1.0 + ((i + 1) * (turn + 1) * _GOLDEN) % 1.0)
-            if from_low[i] < from_high[i]
-            else 0.0
-        )
-        low[i], high[i] = from_low[i] - apart, from_high[i] + apart
+    n = here.x.size
+    for j in range(n):
+        here.x[j] = min(max(0.0, rows.box_lower[j]), rows.box_upper[j])
+        if rows.box_lower[j] < here.x[j] < rows.box_upper[j]:
+            state[j] = Side.FREE
+        else:
+            state[j] = Side.UPPER if here.x[j] == rows.box_upper[j] else Side.LOWER
+    row_values(rows.A, here.x, here.value)
+    for i in range(here.value.size):
+        state[n + i] = row_side(here.value[i], rows.lower[i], rows.upper[i], rows.size[i])
+
+
+@kernel
+def perturbed(rows: ScaledRows, turn: int) -> ScaledRows:
+    """Open each interval by a share of its own, so that no two bounds tie (Charnes 1952).
+
+    Args:
+        rows: the problem.
+        turn: another turn, other shares.
+
+    Returns:
+        The same rows with bounds of their own; equalities stay where they are.
+    """
+    n, count = rows.box_lower.size, rows.lower.size
+    lower, upper, box_lower, box_upper = np.empty(count), np.empty(count), np.empty(n), np.empty(n)
+    for i in range(count):
+        apart = rows.size[i] * _share(i, turn) if rows.lower[i] < rows.upper[i] else 0.0
+        lower[i], upper[i] = rows.lower[i] - apart, rows.upper[i] + apart
+    for j in range(n):
+        apart = _share(j, turn) if rows.box_lower[j] < rows.box_upper[j] else 0.0
+        box_lower[j], box_upper[j] = rows.box_lower[j] - apart, rows.box_upper[j] + apart
+    return ScaledRows(rows.A, rows.scale, rows.size, lower, upper, box_lower, box_upper, rows.offsets)
+
+
+@kernel
+def _share(i: int, turn: int) -> float:
+    """Return the part of the perturbation that bound i gets, between once and twice SEARCH_PERTURBATION."""
+    return SEARCH_PERTURBATION * (1.0 + ((i + 1) * (turn + 1) * _GOLDEN_RATIO) % 1.0)

@@ -82,11 +82,11 @@ def test_memory_changes_the_time_but_not_the_answer(seed):
 
 @given(SEEDS)
 @settings(deadline=None, max_examples=60)
-def test_the_shortcut_never_changes_the_answer(seed):
+def test_the_fast_path_never_changes_the_answer(seed):
     """The closed form of a normal tick and the general walk agree wherever the former is accepted."""
     hierarchy = random_hierarchy(seed)
     np.testing.assert_allclose(
-        ActiveSet(shortcut=True)(hierarchy)[0].x, ActiveSet(shortcut=False)(hierarchy)[0].x, atol=1e-9
+        ActiveSet(fast_path=True)(hierarchy)[0].x, ActiveSet(fast_path=False)(hierarchy)[0].x, atol=1e-9
     )
 
 
@@ -135,8 +135,8 @@ def test_ticks_that_swing_between_two_active_sets_are_guessed_right():
     memory, short, told, forgetful = None, None, [], []
     for k in range(12):
         hierarchy = back if k % 2 else there
-        first, memory = ActiveSet(shortcut=False)(hierarchy, memory)
-        second, short = ActiveSet(shortcut=False)(hierarchy, short and Memory(short.state))
+        first, memory = ActiveSet(fast_path=False)(hierarchy, memory)
+        second, short = ActiveSet(fast_path=False)(hierarchy, short and Memory(short.state))
         np.testing.assert_allclose(first.x, second.x, atol=1e-12)
         told.append(first.iterations)
         forgetful.append(second.iterations)

@@ -13,7 +13,7 @@ def test_a_price_however_small_comes_before_the_levels_below(slope):
     """Level 1 wants x + slope · y = 2 with x, y ≤ 1: y is at its bound, though level 2 wants y = −1."""
     levels = [Level([[1.0, slope]], [2.0]), Level([[0.0, 1.0]], [-1.0])]
     hierarchy = Hierarchy(levels, box=([-1.0, -1.0], [1.0, 1.0]))
-    resolution = ActiveSet(shortcut=False)(hierarchy)[0]
+    resolution = ActiveSet(fast_path=False)(hierarchy)[0]
     np.testing.assert_array_equal(resolution.x, [1.0, 1.0])
     assert resolution.claimed
     assert resolution.certified()
@@ -22,7 +22,7 @@ def test_a_price_however_small_comes_before_the_levels_below(slope):
 def test_a_slope_below_the_rank_tolerance_is_none():
     """At 1e-12 the row does not know y, and level 2 gets what it wants."""
     levels = [Level([[1.0, 1e-12]], [2.0]), Level([[0.0, 1.0]], [-0.5])]
-    resolution = ActiveSet(shortcut=False)(Hierarchy(levels, box=([-1.0, -1.0], [1.0, 1.0])))[0]
+    resolution = ActiveSet(fast_path=False)(Hierarchy(levels, box=([-1.0, -1.0], [1.0, 1.0])))[0]
     np.testing.assert_allclose(resolution.x, [1.0, -0.5], atol=1e-12)
 
 

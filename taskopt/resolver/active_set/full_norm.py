@@ -19,7 +19,14 @@ from taskopt.resolver.tick_review import TickReview
 
 
 def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
-    """The same problem in z, its box as hard rows, and L⁻¹ (n, n), so that x = L⁻¹ z."""
+    """Restate a hierarchy in z = L x.
+
+    Args:
+        hierarchy: one with a full norm, (n, n).
+
+    Returns:
+        The same problem in z, with its box as hard rows, and L⁻¹ (n, n), so that x = L⁻¹ z.
+    """
     n = hierarchy.n
     factor = np.linalg.cholesky(hierarchy.norm_matrix()).T
     inverse = solve_triangular(factor, np.eye(n))
@@ -33,14 +40,25 @@ def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
     return result, inverse
 
 
-def resolve_whitened(
-    resolve: Callable[[Hierarchy, Memory], tuple[Resolution, Memory]], hierarchy: Hierarchy, memory: Memory
+def resolve_full_norm(
+    resolve: Callable[[Hierarchy, Memory], tuple[Resolution, Memory]],
+    hierarchy: Hierarchy,
+    memory: Memory | None,
 ) -> tuple[Resolution, Memory]:
-    """Resolve with a resolver that knows diagonal norms only; certified on the declared rows."""
+    """Resolve a hierarchy with a full norm by a resolver that knows diagonal norms only.
+
+    Args:
+        resolve: that resolver.
+        hierarchy: one with a full norm, (n, n).
+        memory: of the tick before, if there was one.
+
+    Returns:
+        The resolution, certified on the rows as declared, and the memory for the next tick.
+    """
     n = hierarchy.n
     problem, inverse = whitened(hierarchy)
-    guess = Memory(np.concatenate([np.zeros(n, dtype=np.int8), memory.state]))
-    answer, after = resolve(problem, guess)
+    last = np.zeros(hierarchy.layout.width, dtype=np.int8) if memory is None else memory.state
+    answer, after = resolve(problem, Memory(np.concatenate([np.zeros(n, dtype=np.int8), last])))
     x = np.clip(inverse @ answer.x, hierarchy.box_lower, hierarchy.box_upper)
     state = after.state[n:]
     claim, kept = answered(hierarchy, x, answer.multipliers[:, n:], state, answer.status, answer.iterations)
@@ -52,6 +70,7 @@ def resolve_whitened(
 
 @lru_cache(maxsize=16)
 def _with_box_as_rows(layout: Layout) -> Layout:
+    """Return the layout with the box as hard rows; its multipliers and states keep their places."""
     n = layout.n
     box = Block("box", 0, 0, n, layout.unknowns, ("",) * n)
     moved = tuple(

@@ -1,0 +1,172 @@
+"""The compiled entries: one tick, from the buffer of a hierarchy to its answer.
+
+There are two, with the same arguments. `tick_fast` knows the fast path and the certificate only, so that it
+is compiled in a small part of the time; `tick` knows the search as well. Begin with the former; once it
+returns FAST_PATH_REFUSED, call `tick` with the same arguments, and go on with that one: no later tick then
+waits for the compiler. Both give the same answers.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.hierarchy.certificate import certify_kernel
+from taskopt.hierarchy.layout import Layout
+from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.view import Answer, Rows, view_answer, view_rows
+from taskopt.jit import kernel, kernel_apart
+from taskopt.resolver.active_set.fast_path import fast_path
+from taskopt.resolver.active_set.linalg import copy_into
+from taskopt.resolver.active_set.search import search
+from taskopt.resolver.active_set.workspace import Outcome, Side, Verdict
+
+TRIES = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
+FIRST = 150  # factorisations that the guess is worth; a tick that needs more is better off with another start
+LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
+
+
+def new_history(layout: Layout) -> StateArray:
+    """Allocate what the entries keep from tick to tick, as it is before the first tick.
+
+    Args:
+        layout: of the hierarchies to come.
+
+    Returns:
+        (3, n + M) the last working set, the one before it, and a row whose first entry is 1 if they
+        alternate.
+    """
+    return np.zeros((3, layout.width), dtype=np.int8)
+
+
+@kernel_apart
+def tick_fast(
+    buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, settings: tuple[int, int], history:
+    StateArray, state: StateArray, answer: Array,
+) -> tuple[int, int]:  # fmt: skip
+    """Resolve one tick by the fast path alone.
+
+    The arguments are those of `tick`.
+
+    Returns:
+        The `Outcome` and 0 factorisations. With FAST_PATH_REFUSED, `history` is as it was.
+    """
+    problem = view_rows(buffer, norm.size, norm, offsets, columns)
+    found = view_answer(answer, norm.size, offsets[-1], offsets.size - 2)
+    _recall(history, state)
+    if settings[0] == 0 or not _try_fast_path(problem, state, found):
+        return np.int64(Outcome.FAST_PATH_REFUSED), np.int64(0)
+    worst = certify_kernel(buffer, norm, offsets, columns, found.x, found.multipliers, found.residuals)
+    if not worst <= PROVEN:  # the search may find what is proven
+        return np.int64(Outcome.FAST_PATH_REFUSED), np.int64(0)
+    copy_into(found.problem, buffer)
+    _remember(history, state)
+    return np.int64(Outcome.SOLVED), np.int64(0)
+
+
+@kernel_apart
+def tick(
+    buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, settings: tuple[int, int], history:
+    StateArray, state: StateArray, answer: Array,
+) -> tuple[int, int]:  # fmt: skip
+    """Resolve one tick: by the fast path if it accepts, else by the search; then compute the certificate.
+
+    Args:
+        buffer: (layout.size,) the hierarchy.
+        norm: (n,) diagonal of W.
+        offsets: (levels + 2,) first row of each level, as in `Layout`.
+        columns: (M,) the unknown that a row is the unit vector of, or −1, as in `Layout`.
+        settings: 1 if the fast path is to be tried, else 0; and the limit of factorisations.
+        history: (3, n + M) what `new_history` allocated; brought up to date.
+        state: (n + M,) filled with the final working set.
+        answer: (layout.answer_size,) filled with x, multipliers, certificate and a copy of the hierarchy.
+
+    Returns:
+        The `Outcome` as a plain integer, and the number of factorisations: 0 if the fast path was accepted.
+    """
+    problem = view_rows(buffer, norm.size, norm, offsets, columns)
+    found = view_answer(answer, norm.size, offsets[-1], offsets.size - 2)
+    x, multipliers, residuals = found.x, found.multipliers, found.residuals
+    limit = settings[1]
+    copy_into(found.problem, buffer)
+    _recall(history, state)
+    outcome, rounds = Outcome.SOLVED, np.int64(0)
+    if settings[0] == 0 or not _try_fast_path(problem, state, found):
+        outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST), limit)
+    worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
+    if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= PROVEN):
+        for i in range(state.size):  # once more, without the guess
+            state[i] = Side.FREE
+        outcome, more = search(problem, state, x, multipliers, np.int64(1), limit)
+        rounds += more
+        worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
+    _remember(history, state)
+    if outcome == Outcome.CONTRADICTION:
+        for j in range(x.size):
+            x[j] = np.nan  # a compromise between contradicting limits is not for a robot
+    elif not np.isfinite(worst):
+        outcome = Outcome.NOT_FINITE
+    elif outcome == Outcome.SOLVED and worst > PROVEN:
+        outcome = Outcome.UNPROVEN
+    return np.int64(outcome), rounds
+
+
+@kernel
+def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
+    """Try the fast path from the guess; where it is accepted, `state` is its working set, else as it was."""
+    trial, verdict = state.copy(), Verdict.AGAIN
+    for _ in range(TRIES):
+        verdict = fast_path(problem, trial, found.x, found.multipliers)
+        if verdict != Verdict.AGAIN:
+            break
+    if verdict != Verdict.ACCEPTED:
+        return False
+    copy_into(state, trial)
+    return True
+
+
+@kernel
+def _recall(history: StateArray, state: StateArray) -> None:
+    """Guess the working set: the last one, or, where ticks alternate between two, the one before it."""
+    copy_into(state, history[PREVIOUS] if history[ALTERNATES, 0] else history[LAST])
+
+
+@kernel
+def _remember(history: StateArray, state: StateArray) -> None:
+    """Shift the history by a tick; it alternates if this tick is more like the last but one than the last."""
+    like_last, like_previous = 0, 0
+    for i in range(state.size):
+        like_last += state[i] == history[LAST, i]
+        like_previous += state[i] == history[PREVIOUS, i]
+        history[PREVIOUS, i] = history[LAST, i]
+        history[LAST, i] = state[i]
+    history[ALTERNATES, 0] = like_previous > like_last
+
+
+class LazyTick:
+    """Call `tick_fast` until it first refuses, and `tick` from then on: the rest is not compiled before.
+
+    A control loop that cannot pay for the call does the same by itself (see this module's first lines).
+    """
+
+    def __init__(self) -> None:
+        self._entry: Callable[..., tuple[int, int]] = tick_fast
+
+    def __call__(
+        self, problem: tuple[Array, Array, IntArray, IntArray], settings: tuple[int, int], *filled: Array
+    ) -> tuple[int, int]:
+        """Resolve one tick.
+
+        Args:
+            problem: buffer, norm, offsets and columns.
+            settings: as of `tick`.
+            *filled: history, state and answer.
+
+        Returns:
+            The `Outcome` as a plain integer, and the number of factorisations.
+        """
+        outcome, rounds = self._entry(*problem, settings, *filled)
+        if outcome == Outcome.FAST_PATH_REFUSED:
+            self._entry = tick
+            outcome, rounds = tick(*problem, settings, *filled)
+        return outcome, rounds

@@ -1,0 +1,202 @@
+"""The named codes of the active set, and the records of arrays that its kernels share.
+
+Every record is a `NamedTuple` that is built inside compiled code, where it costs nothing. Sizes are n
+unknowns, M rows, f free unknowns (those that no bound holds), m rows of the fast path and u columns without a
+diagonal.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from taskopt.arrays import Array, IntArray
+
+
+class Side(IntEnum):
+    """State of an unknown or a row in the working set W."""
+
+    LOWER = -1
+    """It is held at its lower bound."""
+    FREE = 0
+    """It is not in W."""
+    UPPER = 1
+    """It is held at its upper bound; equalities are held here, too."""
+
+
+class Verdict(IntEnum):
+    """Result of one attempt of the fast path."""
+
+    ACCEPTED = 0
+    """The closed form is the optimum."""
+    AGAIN = 1
+    """One bound of the box joined or left W, so that another attempt may succeed."""
+    REFUSED = 2
+    """The closed form does not apply here; the search has to run."""
+
+
+class Outcome(IntEnum):
+    """Result of one tick, and of one search."""
+
+    SOLVED = 0
+    """The optimum was found; for a tick, its certificate proves it as well."""
+    ITERATION_LIMIT = 1
+    """The search used up its factorisations."""
+    CONTRADICTION = 2
+    """The search ended at a point where a hard row keeps a residual."""
+    NOT_FINITE = 3
+    """A row of the problem, or the answer, is not a number."""
+    UNPROVEN = 4
+    """The search ended, but the certificate does not prove its answer."""
+    UNSURE = 5
+    """Of a search: rows that were locked in W have the wrong sign after all."""
+    FAST_PATH_REFUSED = 6
+    """Of a tick without the search: the fast path did not accept; nothing was answered or remembered."""
+
+
+class ScaledRows(NamedTuple):
+    """The problem of the search: rows times √w, unknowns √W x, so that weights and norm are the identity.
+
+    Attributes:
+        A: (M, n) scaled rows, hard rows first, then level by level.
+        scale: (M,) √w · max(1, ‖a‖), the size of a row by which its rank is judged.
+        size: (M,) ‖A_i‖, the size of a row by which its violation is judged; never below LOST · scale.
+        lower: (M,) scaled lower bounds.
+        upper: (M,) scaled upper bounds.
+        box_lower: (n,) scaled lower bounds of the unknowns.
+        box_upper: (n,) scaled upper bounds of the unknowns.
+        offsets: (levels + 2,) first row of level 0 (hard), 1, …, and M.
+    """
+
+    A: Array
+    scale: Array
+    size: Array
+    lower: Array
+    upper: Array
+    box_lower: Array
+    box_upper: Array
+    offsets: IntArray
+
+
+class Point(NamedTuple):
+    """A point of the search with the values of all rows there.
+
+    Attributes:
+        x: (n,) the scaled unknowns.
+        value: (M,) A x.
+    """
+
+    x: Array
+    value: Array
+
+
+class Factor(NamedTuple):
+    """The l-QR factorisation of the rows in W: A[order][:, free] = L Qᵀ, level by level.
+
+    Attributes:
+        free: (f,) unknowns that no bound holds.
+        order: (M,) rows in W, level by level, the pivots of each level first; filled up to starts[-1].
+        starts: (levels + 2,) position in `order` where each level begins, and the count of rows in W.
+        ranks: (levels + 2,) rank of all levels before each level, and the rank of W.
+        L: (M, f) lower trapezoidal factor, row by row as in `order`.
+        reflectors: (f, f) Householder vectors of Q, one in each row.
+        beta: (f,) their factors: reflection p is I − beta_p v_p v_pᵀ.
+    """
+
+    free: IntArray
+    order: IntArray
+    starts: IntArray
+    ranks: IntArray
+    L: Array
+    reflectors: Array
+    beta: Array
+
+
+class Solution(NamedTuple):
+    """The solution of a factorised hierarchy.
+
+    Attributes:
+        z: (f,) coordinates Qᵀ x of the free unknowns; each level decides its own part.
+        residual: (M,) L z − target of each row in W, as in `Factor.order`.
+        terms: (M,) sum of the magnitudes that a residual is the difference of; it bounds the rounding.
+    """
+
+    z: Array
+    residual: Array
+    terms: Array
+
+
+class LevelMultipliers(NamedTuple):
+    """The multipliers of one level, box first, then rows.
+
+    Attributes:
+        value: (n + M,) multipliers λ, 0 where there is none.
+        terms: (n + M,) sum of the magnitudes that each is the difference of; it bounds the rounding.
+    """
+
+    value: Array
+    terms: Array
+
+
+class Locks(NamedTuple):
+    """The memory against cycling, box first, then rows.
+
+    Attributes:
+        locked: (n + M,) True for members of W that may not be dropped at present.
+        dropped: (n + M,) True for those that were dropped since x moved last.
+        drops: (n + M,) how often each was dropped.
+    """
+
+    locked: Array
+    dropped: Array
+    drops: IntArray
+
+
+class LastLevel(NamedTuple):
+    """The diagonal cost ½ Σ D_j (x_j − x0_j)² that comes last in the fast path.
+
+    Attributes:
+        D: (n,) weights; 0 where an unknown has none.
+        x0: (n,) targets.
+        row: (n,) the joint row that an unknown's weight comes from, −1 for none or where D is the norm.
+        found: True where D comes from joint rows of the last level, False where it is the norm.
+    """
+
+    D: Array
+    x0: Array
+    row: IntArray
+    found: bool
+
+
+class SaddlePoint(NamedTuple):
+    """The factorised system of the fast path, with M the m rows in question and U the uncovered columns.
+
+    Attributes:
+        rows: (m,) indices of the rows in M.
+        uncovered: (u,) indices of the columns in U.
+        first_soft: first row that may keep a residual; rows before it are met exactly.
+        S: (m, ≥ n) M D^-½ on covered columns, 0 on others.
+        K: (m + u, ≥ m) Cholesky factor of S Sᵀ + 1/w, and below it (L⁻¹ M_U)ᵀ.
+        MU: (u, ≥ m) M_Uᵀ.
+        G: (u, ≥ u) Cholesky factor of the Schur complement M_Uᵀ K⁻¹ M_U + D_U.
+    """
+
+    rows: IntArray
+    uncovered: IntArray
+    first_soft: int
+    S: Array
+    K: Array
+    MU: Array
+    G: Array
+
+
+class Scratch(NamedTuple):
+    """Right-hand sides of the saddle-point system, overwritten by its solution.
+
+    Attributes:
+        step: (≥ m,) of the rows.
+        move: (≥ u,) of the uncovered columns.
+        pull: (n,) of all unknowns.
+    """
+
+    step: Array
+    move: Array
+    pull: Array
