@@ -34,7 +34,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
         first search: iterate(W)                                                 search._iterate
         if it has found nothing in 150 factorisations:
             move the bounds apart, start where all hard rows hold, iterate       search._second_search [d]
-            solve W once more with the true bounds                               search._resolve_true_bounds [e]
+            solve W once more with the true bounds                           search._resolve_true_bounds   [e]
 
     iterate(W):
         loop:
@@ -67,8 +67,8 @@ each stands the test in tests/resolver/active_set that fails without it:
     [e] true bounds      the perturbation is taken out of the answer
     [f] joint start      all rows that the guess violates join W at once; E adds them one by one
     [g] steepest tie     of rows that block at the same place, the one approached fastest is added
-    [h] lock             a row that was dropped and blocks the next step at once stays until x moves, or for good
-                         after 20 drops; locked rows are unlocked before the search ends
+    [h] lock             a row that was dropped and blocks the next step at once stays until x moves; one
+                         that was dropped 20 times, for good; all are unlocked before the search ends
     [i] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
     [j] other bound      a two-sided row that is dropped beyond its other bound is held there
     [k] second proof     an x whose multipliers prove nothing is proven by multipliers found for it
