@@ -203,7 +203,9 @@ def table(tallies: Sequence[Tally]) -> Table:
         One row for each robot, with counts of ticks and worst figures.
     """
     caption = "position, velocity, distance: largest excess over a limit after the step"
-    out = Table(title="random ticks", caption=caption, box=box.SIMPLE_HEAD, pad_edge=False)
+    out = Table(
+        title="random ticks", caption=caption, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
     out.add_column("robot", no_wrap=True)
     for heading in _COLUMNS:
         out.add_column(Text(heading), justify="right", no_wrap=True)
