@@ -48,6 +48,10 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.review import Review as Review
     from taskopt.hierarchy.status import Status as Status
     from taskopt.kinematics.configuration import Configuration as Configuration
+    from taskopt.kinematics.geometry import Box as Box
+    from taskopt.kinematics.geometry import Capsule as Capsule
+    from taskopt.kinematics.geometry import HalfSpace as HalfSpace
+    from taskopt.kinematics.geometry import Sphere as Sphere
     from taskopt.kinematics.limit import BoundLimit as BoundLimit
     from taskopt.kinematics.limit import JointAccelerationLimit as JointAccelerationLimit
     from taskopt.kinematics.limit import JointPositionLimit as JointPositionLimit
@@ -63,12 +67,8 @@ if TYPE_CHECKING:
     from taskopt.kinematics.objective import ObstacleDistance as ObstacleDistance
     from taskopt.kinematics.objective import SelfDistance as SelfDistance
     from taskopt.kinematics.objective import UserFunction as UserFunction
-    from taskopt.kinematics.robot import Box as Box
-    from taskopt.kinematics.robot import Capsule as Capsule
     from taskopt.kinematics.robot import DHRow as DHRow
-    from taskopt.kinematics.robot import HalfSpace as HalfSpace
     from taskopt.kinematics.robot import Robot as Robot
-    from taskopt.kinematics.robot import Sphere as Sphere
     from taskopt.kinematics.robot import planar_arm as planar_arm
     from taskopt.kinematics.robot import robot_names as robot_names
     from taskopt.kinematics.stack import Plan as Plan
@@ -129,9 +129,9 @@ _HOME = {
     "Block": "taskopt.hierarchy.layout",
     "BoundLimit": "taskopt.kinematics.limit",
     "BoundTask": "taskopt.kinematics.task",
-    "Box": "taskopt.kinematics.robot",
+    "Box": "taskopt.kinematics.geometry",
     "BoxTask": "taskopt.kinematics.task",
-    "Capsule": "taskopt.kinematics.robot",
+    "Capsule": "taskopt.kinematics.geometry",
     "Cause": "taskopt.hierarchy.review",
     "CentreOfMassTask": "taskopt.kinematics.task",
     "Certificate": "taskopt.hierarchy.certificate",
@@ -153,7 +153,7 @@ _HOME = {
     "Function": "taskopt.kinematics.target",
     "GazeTask": "taskopt.kinematics.task",
     "GradientTask": "taskopt.kinematics.task",
-    "HalfSpace": "taskopt.kinematics.robot",
+    "HalfSpace": "taskopt.kinematics.geometry",
     "HierarchicalQP": "taskopt.resolver.hqp",
     "Hierarchy": "taskopt.hierarchy.problem",
     "Hold": "taskopt.kinematics.target",
@@ -202,7 +202,7 @@ _HOME = {
     "Side": "taskopt.resolver.infeasible",
     "Solution": "taskopt.hierarchy.qp",
     "Solver": "taskopt.solver.registry",
-    "Sphere": "taskopt.kinematics.robot",
+    "Sphere": "taskopt.kinematics.geometry",
     "Stack": "taskopt.kinematics.stack",
     "Status": "taskopt.hierarchy.resolution",
     "Step": "taskopt.loop.run",

@@ -21,8 +21,9 @@ from taskopt.compare import Comparison
 from taskopt.errors import NotSolved
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.kinematics.geometry import Sphere
 from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
-from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run
 from taskopt.report import show
 from taskopt.resolver.base import Memory, Resolver

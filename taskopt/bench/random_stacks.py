@@ -7,8 +7,8 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.kinematics.collision.pairs import random_posture
-from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.limit import JointAccelerationLimit, JointPositionLimit, JointVelocityLimit, Limit
 from taskopt.kinematics.limit.obstacle import ObstacleLimit
 from taskopt.kinematics.limit.self_collision import SelfCollisionLimit

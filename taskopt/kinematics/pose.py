@@ -7,9 +7,8 @@ The kernels behind them, for loops that must not allocate, are in `taskopt.kinem
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel
 from taskopt.kinematics.lie import (

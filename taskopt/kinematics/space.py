@@ -17,6 +17,8 @@ from taskopt.kinematics.lie import exp3_into, log3_into
 from taskopt.kinematics.pose import checked_pose, is_pose
 from taskopt.kinematics.robot import Robot
 
+ROW_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+ROW_UNITS = ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
 _FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 SCALAR, CIRCLE, OTHER = 0, 1, -1  # kinds of coordinate: one number; (cos, sin); part of a larger joint
 
@@ -192,6 +194,37 @@ def coordinates(robot: Robot) -> IntArray:
             moved = robot.integrate(robot.neutral, step, 1.0) != robot.neutral
             table[columns.start] = CIRCLE, np.flatnonzero(moved)[0]
     return table
+
+
+def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> IntArray:
+    """Indices into the six rows that `axes` chooses among `letters`, the first of which is row `first`.
+
+    Letters are read from left to right in the order of `letters`, and a blank goes on to the
+    orientation: "xyz", "xy y" (position in the plane, and yaw), "rp". Or one truth value a letter.
+    Raises `InvalidValue` if nothing, or something else, is chosen.
+    """
+    chosen: list[int] = []
+    if isinstance(axes, str):
+        at = 0
+        for letter in axes:
+            if letter == " ":
+                at = max(at, letters.find("rpy"))
+                continue
+            at = letters.find(letter, at)
+            if at < 0:
+                raise InvalidValue(f"axes must be letters of '{letters}' in this order, got '{axes}'")
+            chosen.append(at)
+            at += 1
+    else:
+        mask = np.asarray(axes)
+        if mask.shape != (len(letters),) or not np.isin(mask, (0, 1)).all():
+            raise InvalidValue(
+                f"axes must be {len(letters)} truth values, one for each of '{letters}', got {axes}"
+            )
+        chosen = np.flatnonzero(mask).tolist()
+    if not chosen:
+        raise InvalidValue(f"axes chooses no row; name some of '{letters}'")
+    return np.array(chosen, dtype=np.int64) + first
 
 
 def _shape(value: Any) -> str:

@@ -6,9 +6,8 @@ from itertools import accumulate, chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, positive
+from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite, positive
+from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.space import PoseSpace, Space
 

@@ -6,9 +6,10 @@ import pytest
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry import Sphere
 from taskopt.kinematics.limit import JointPositionLimit, JointVelocityLimit, ObstacleLimit
 from taskopt.kinematics.objective import JointRange
-from taskopt.kinematics.robot import Sphere, planar_arm
+from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Circle, Function, Hold, Latest, Line
 from taskopt.kinematics.task import DampingTask, FrameTask, GradientTask, JointTask, PositionTask

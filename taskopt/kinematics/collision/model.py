@@ -11,10 +11,9 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, NotInstalled
-from taskopt.hierarchy.layout import numbered
-from taskopt.kinematics.collision.coal import core, exact, obstacle_object, solid
 from taskopt.kinematics.collision.pairs import Pair, shape_names, shapes_of
-from taskopt.kinematics.collision.shapes import Shape
+from taskopt.kinematics.geometry.coal import core, exact, obstacle_object, solid
+from taskopt.kinematics.geometry.shapes import Shape, obstacle_names
 from taskopt.kinematics.robot.robot import Robot
 
 _ROUGH = 1e-9  # distances are good to it even so
@@ -52,7 +51,7 @@ class Collision:
         """Every shape that moves (or those of some links) against every obstacle, "panda_link5 – sphere"."""
         obstacles = tuple(obstacles)
         chosen, shapes = shapes_of(robot, links), solid(robot.geometry)
-        known, called = shape_names(robot), numbered(obstacle.name for obstacle in obstacles)
+        known, called = shape_names(robot), obstacle_names(obstacles)
         pairs, names = [], []
         for obstacle, name in zip(obstacles, called, strict=True):
             place = shapes.addGeometryObject(obstacle_object(obstacle, f"obstacle: {name}"))

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.collision.coal import exact, solid
+from taskopt.kinematics.geometry.coal import exact, solid
 from taskopt.kinematics.robot.robot import Robot
 
 Pair = tuple[int, int]  # places in robot.geometry.geometryObjects

@@ -6,12 +6,11 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, Mask
 from taskopt.errors import InvalidValue
-from taskopt.kinematics.collision.coal import core, extent
 from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.geometry.coal import core, extent
 from taskopt.kinematics.robot.robot import Robot
 
 Core = tuple[float, float]  # see `geometry.core`
@@ -85,7 +84,7 @@ def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
     return out
 
 
-def _turns(robot: Robot) -> NDArray[np.bool_]:
+def _turns(robot: Robot) -> Mask:
     return np.array([unit == "rad" for unit in robot.coordinate_units])
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from taskopt.kinematics.collision.model import Collision, checked_obstacles
-from taskopt.kinematics.collision.shapes import Shape
+from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.limit.distance import BoundDistance, checked_distances
 from taskopt.kinematics.robot import Robot
 

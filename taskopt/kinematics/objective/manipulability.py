@@ -7,9 +7,9 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel
-from taskopt.kinematics.axes import chosen_rows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective.base import Objective
+from taskopt.kinematics.space import chosen_rows
 
 
 @dataclass(frozen=True)

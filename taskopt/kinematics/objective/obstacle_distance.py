@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from taskopt.kinematics.collision.model import Collision, checked_obstacles
-from taskopt.kinematics.collision.shapes import Shape
+from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.objective.distance import Nearest, checked_temperature
 from taskopt.kinematics.robot.robot import Robot
 

@@ -8,11 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, positive
+from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
-from taskopt.kinematics.collision.coal import add_capsule
+from taskopt.kinematics.geometry.coal import add_capsule
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot.parts import Parts
 

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray, finite
+from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import coordinates

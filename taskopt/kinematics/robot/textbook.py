@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import bound, finite
+from taskopt.arrays import ArrayLike, bound, finite
 from taskopt.kinematics.robot.dh import DHRow
 from taskopt.kinematics.robot.robot import Robot
 

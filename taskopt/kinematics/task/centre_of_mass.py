@@ -11,10 +11,9 @@ from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
-from taskopt.kinematics.axes import ROW_NAMES, ROW_UNITS, chosen_rows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import PoseSpace
+from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.rows import gains, task_rate, weights
 

@@ -16,7 +16,7 @@ for WORLD, its angular part turned back by Eᵀ. OWN is Solà, Deray and Atchuth
 import numpy as np
 
 from taskopt.jit import kernel
-from taskopt.kinematics.jacobian import frame_pose_into
+from taskopt.kinematics.configuration import frame_pose_into
 from taskopt.kinematics.lie import log6_jlog6_into, relative_into
 from taskopt.kinematics.pose import is_pose
 from taskopt.kinematics.task.rows import task_rate

@@ -15,11 +15,9 @@ from taskopt.arrays import Array, IntArray, bound, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
-from taskopt.kinematics.axes import ROW_NAMES, ROW_UNITS
-from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.jacobian import frame_jacobian_into, frame_pose_into
+from taskopt.kinematics.configuration import Configuration, frame_jacobian_into, frame_pose_into
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import PoseSpace
+from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace
 from taskopt.kinematics.target import as_target
 from taskopt.kinematics.task.rows import gains, weights
 

@@ -9,8 +9,8 @@ import rerun as rr
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.layout import numbered
-from taskopt.kinematics.collision.coal import obstacle_object
-from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere
+from taskopt.kinematics.geometry.coal import obstacle_object
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere, obstacle_names
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import Arrangement
 from taskopt.record.viewer.palette import OBSTACLE
@@ -52,7 +52,7 @@ def declared_obstacles(info: RunInfo) -> dict[str, Shape]:
     objectives = [objective for objective in terms if isinstance(objective, WithObstacles)]
     name_of: dict[Shape, str] = {}
     for owner in (*limits, *objectives):
-        names = numbered(shape.name for shape in owner.obstacles)
+        names = obstacle_names(owner.obstacles)
         for name, shape in zip(names, owner.obstacles, strict=True):
             name_of.setdefault(shape, name)
     return dict(zip(numbered(name_of.values()), name_of, strict=True))

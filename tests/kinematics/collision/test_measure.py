@@ -11,8 +11,8 @@ import pytest
 from taskopt.kinematics.collision.measure import Distances, distances_into
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.pairs import self_pairs
-from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere
 from taskopt.kinematics.robot import Robot, planar_arm
 from tests.helpers.near import NAMES, SOLIDS, beside, circle_clearance, robot
 

@@ -8,8 +8,8 @@ from taskopt import DampingTask, PositionTask, Robot, Stack
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.collision.pairs import random_posture
-from taskopt.kinematics.collision.shapes import HalfSpace, Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import HalfSpace, Sphere
 from taskopt.kinematics.limit import BoundLimit, JointPositionLimit, JointVelocityLimit, Limit, RowLimit
 from taskopt.kinematics.limit.obstacle import ObstacleLimit
 from taskopt.kinematics.limit.self_collision import SelfCollisionLimit

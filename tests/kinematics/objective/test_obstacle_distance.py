@@ -6,8 +6,8 @@ import pytest
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.objective.obstacle_distance import ObstacleDistance
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.differences import derivative

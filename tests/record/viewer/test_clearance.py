@@ -8,9 +8,10 @@ import pytest
 
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.geometry import Box, Capsule, HalfSpace, Sphere
 from taskopt.kinematics.limit import JointVelocityLimit, ObstacleLimit, SelfCollisionLimit
 from taskopt.kinematics.objective import ObstacleDistance
-from taskopt.kinematics.robot import Box, Capsule, HalfSpace, Sphere, planar_arm
+from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Line
 from taskopt.kinematics.task import GradientTask, OrientationTask, PositionTask

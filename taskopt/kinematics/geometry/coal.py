@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array
-from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Shape, Sphere, turning_z_to
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere, turning_z_to
 from taskopt.kinematics.pose import homogeneous
 
 _LINK_COLOUR = np.array([0.35, 0.55, 0.85, 1.0])

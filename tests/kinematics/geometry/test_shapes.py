@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue
-from taskopt.kinematics.collision.coal import obstacle_object
-from taskopt.kinematics.collision.shapes import Box, Capsule, HalfSpace, Sphere, turning_z_to
+from taskopt.kinematics.geometry.coal import obstacle_object
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere, turning_z_to
 from taskopt.kinematics.pose import homogeneous
 
 

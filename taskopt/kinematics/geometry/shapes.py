@@ -1,12 +1,13 @@
 """Obstacles: solids that stand still in the world. Plain numbers; Coal sees them in `geometry.py`."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite, positive
+from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.layout import numbered
 from taskopt.kinematics.pose import checked_pose, homogeneous
 
 Point = tuple[float, float, float]
@@ -103,6 +104,18 @@ class HalfSpace:
 
 
 Shape = Sphere | Capsule | Box | HalfSpace
+
+
+def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
+    """Number the names of obstacles, so that rows, pictures and logs call each of them the same.
+
+    Args:
+        obstacles: the obstacles of one limit, objective or scene, in order.
+
+    Returns:
+        One name for each: [ball, sphere, sphere] gives ball, sphere, sphere 2.
+    """
+    return numbered(obstacle.name for obstacle in obstacles)
 
 
 def turning_z_to(direction: Array) -> Array:

@@ -1,0 +1,8 @@
+"""Solid shapes: obstacles as plain numbers (`shapes`), and every shape as Coal has it (`coal`)."""
+
+from taskopt.kinematics.geometry.shapes import Box as Box
+from taskopt.kinematics.geometry.shapes import Capsule as Capsule
+from taskopt.kinematics.geometry.shapes import HalfSpace as HalfSpace
+from taskopt.kinematics.geometry.shapes import Shape as Shape
+from taskopt.kinematics.geometry.shapes import Sphere as Sphere
+from taskopt.kinematics.geometry.shapes import obstacle_names as obstacle_names
