@@ -13,8 +13,8 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
 from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.resolver.closed_form import (
