@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from taskopt import Hierarchy, Level
-from taskopt.hierarchy.active import Active
+from taskopt.hierarchy.active import Active, active_rows, level_multipliers
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.registry import resolver
@@ -97,3 +97,26 @@ def test_a_limit_that_binds_at_two_levels_has_a_price_at_each():
     found = ActiveSet()(hierarchy)[0].level_multipliers
     assert [(row.name, row.level) for row in found] == [("box/x", 1), ("box/x", 2)]
     assert [row.multiplier for row in found] == pytest.approx([4.0, 1.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4])
+def test_a_multiplier_counts_relative_to_the_largest_of_its_row(size):
+    """Beside −size at level 2, a multiplier of 1e-11 size at level 1 is noise, one of 1e-7 size is not."""
+    hierarchy = Hierarchy([Level([[1.0]], [k]) for k in (3.0, 2.0)], box=([-1.0], [1.0]))
+    state = np.array([1, 0, 0], dtype=np.int8)
+    for first, level in ((1e-11, 2), (1e-7, 1)):
+        multipliers = np.zeros((3, 3))
+        multipliers[:2, 0] = first * size, -size
+        (row,) = active_rows(hierarchy, state, multipliers)
+        assert (str(row), row.level, row.multiplier) == ("box/x0 upper", level, multipliers[level - 1, 0])
+        assert [found.level for found in level_multipliers(hierarchy, state, multipliers)] == [1, 2][
+            level - 1 :
+        ]
+
+
+def test_an_equality_is_never_among_the_active_rows():
+    """It holds on both sides, and its multiplier is no limit's."""
+    hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([1.0], [1.0]))
+    resolution = ActiveSet()(hierarchy)[0]
+    assert resolution.x == pytest.approx([1.0])
+    assert resolution.active == ()

@@ -34,6 +34,22 @@ def ticks_of(cause: str) -> Iterator[Hierarchy]:
         yield Hierarchy([Level(A, b)], box=([-9.0, -9.0], upper), unknowns=["hip", "knee"])
 
 
+def bound_moves(move: float = 0.5, noise: float = 0.0, other: float = 1.0) -> list[Resolution]:
+    """Forty ticks in which a bound moves past its target by `move`, beside two more levels.
+
+    Level 2 asks for zero ± noise with a row of the size `other`, and level 3 repeats three times level 1.
+    """
+    ticks = []
+    for k in range(40):
+        side = 1.0 if k % 2 else -1.0
+        row = np.array([[0.1, 0.2, 0.3]])
+        first = Level(np.vstack([[1.0, 0.0, 0.0], row]), [1.0, 0.1])
+        second = Level([[0.0, 0.0, other]], [side * noise])
+        box = ([-9.0] * 3, [1.0 + move * side, 9.0, 9.0])
+        ticks.append(Hierarchy([first, second, Level(3.0 * row, [0.3])], box=box))
+    return [ActiveSet()(hierarchy)[0] for hierarchy in ticks]
+
+
 def resolved(cause: str) -> list[Resolution]:
     """The answers of `active-set` to `ticks_of`."""
     return [ActiveSet()(hierarchy)[0] for hierarchy in ticks_of(cause)]
@@ -79,3 +95,32 @@ def test_a_run_that_meets_its_limits_once_does_not_alternate() -> None:
     stack = Stack([[JointTask([0.5, 0.5], gain=0.5 / DT)]], [JointVelocityLimit(velocity=0.5)])
     scenario = Scenario(robot=planar_arm([0.5, 0.5]), q0=[0.4, 0.2], stack=stack, duration=1.0, dt=DT)
     assert alternations((step.resolution for step in run(scenario, ActiveSet())), DT) == ()
+
+
+@pytest.mark.parametrize(
+    ("bound", "cause"),
+    [
+        ({}, "dt"),  # rows that depend on each other for good are not near a loss of rank
+        ({"move": 1e-6}, "dt"),
+        ({"move": 2e-9}, "tolerance"),
+        ({"other": 0.02}, "dt"),
+        ({"other": 1e-4}, "rank"),
+        ({"noise": 1e-10}, "dt"),
+        ({"noise": 1e-6}, "gain"),
+    ],
+)
+def test_each_symptom_has_its_threshold(bound: dict[str, float], cause: str) -> None:
+    """A cause is suggested where its symptom is beyond the threshold, and not before it."""
+    assert {row.cause for row in alternations(bound_moves(**bound), DT)} == {cause}
+
+
+def test_a_few_changes_are_no_alternation() -> None:
+    """Four changes are none, however short the run is; five are one."""
+    for ticks, count in ((5, 0), (6, 1)):
+        assert len(alternations(bound_moves()[:ticks], DT)) == count
+
+
+def test_the_rate_decides_what_is_reported() -> None:
+    """39 changes in 40 ticks of 0.01 s are 97.5 a second."""
+    assert len(alternations(bound_moves(), DT, per_second=97.5)) == 1
+    assert alternations(bound_moves(), DT, per_second=98.0) == ()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from taskopt.hierarchy.certificate import RESIDUALS, certify
+from taskopt.hierarchy.certificate import PRIMAL, RESIDUALS, Certificate, certify
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.active_set.resolver import ActiveSet
@@ -104,3 +104,107 @@ def test_a_lie_is_one_in_any_unit(unit):
 def test_not_a_number_is_never_a_proof():
     """NaN has an infinite residual."""
     assert certify(UNIT, np.array([np.nan]), np.zeros((2, 2))).worst == np.inf
+
+
+@pytest.mark.parametrize(("small", "error"), [(1e-5, 0.0), (1e-11, 0.0), (1e-6, 1e-9)])
+def test_a_small_multiplier_of_the_right_sign_frees_the_sign_of_its_bound(small, error):
+    """x ≤ 1 stops level 1 (x = 1 + small); so its multiplier may be negative at level 2 (x = 0).
+
+    The multiplier of level 1 may be small, and may have the error of a solver, as long as that is smaller.
+    """
+    hierarchy = Hierarchy([Level([[1.0]], [1.0 + small]), Level([[1.0]], [0.0])], box=([-5.0], [1.0]))
+    pull = 1.0 + small - 1.0 + error  # without the error, what is left of `small` in double precision
+    multipliers = np.array([[pull, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert certify(hierarchy, np.array([1.0]), multipliers).proves()
+
+
+@pytest.mark.parametrize("small", [1e-5, 1e-11])
+def test_a_small_violation_frees_the_sign_of_its_row(small):
+    """x ≤ −small and x ≥ small share their violation at x = 0, and both keep it, whatever level 2 wants."""
+    level = Level([[1.0], [1.0]], lower=[-np.inf, small], upper=[-small, np.inf])
+    hierarchy = Hierarchy([level, Level([[1.0]], [3.0])])
+    multipliers = np.zeros((3, 4))
+    multipliers[1, 2] = 3.0  # upward, from the row that is violated at its lower bound
+    assert certify(hierarchy, np.zeros(1), multipliers).proves()
+
+
+def lie_of_the_second_level(noise: float, limit: float) -> Certificate:
+    """The certificate of x = (1, 1), where level 2 is held back by a bound that pushes the same way.
+
+    Level 1 asks for x₀ + x₁ = 2 + limit inside x₀ + x₁ ≤ 2. Level 2 wants x₀ = 5, and x₁ could give way to
+    it, but the multiplier of x₀ ≥ 1 stands in the way, which is −noise at level 1 and 4 at level 2.
+    """
+    row = [[1.0, 1.0]]
+    levels = [Level(row, [2.0 + limit]), Level([[1.0, 0.0]], [5.0])]
+    hierarchy = Hierarchy(levels, box=([1.0, -9.0], [9.0, 9.0]), limits=Level(row, upper=[2.0]))
+    multipliers = np.zeros((3, 5))
+    multipliers[0, 0], multipliers[0, 2] = -noise, limit
+    multipliers[1, 0] = 4.0
+    multipliers[2, [0, 3]] = 0.0, -1.0
+    return certify(hierarchy, np.ones(2), multipliers)
+
+
+def test_a_multiplier_that_vanishes_in_rounding_frees_no_sign():
+    """1 − 5e-17 is 1 in double precision, so that a multiplier of 5e-17 changes no stationarity."""
+    certificate = lie_of_the_second_level(noise=5e-17, limit=1.0)
+    assert certificate.residuals[0].max() < 1e-16
+    assert certificate.worst_name == "dual of level 2"
+    assert not certificate.proves()
+
+
+def test_a_multiplier_no_larger_than_the_stationarity_left_over_frees_no_sign():
+    """A multiplier of 1e-12 that nothing balances is itself the error of its level."""
+    certificate = lie_of_the_second_level(noise=1e-12, limit=0.0)
+    assert certificate.residuals[0].max() < 1e-11
+    assert certificate.worst_name == "dual of level 2"
+    assert not certificate.proves()
+
+
+def test_a_multiplier_of_the_wrong_sign_frees_no_sign():
+    """x ≤ 1 pulls at level 1 by 1e-9, which passes as rounding there, and by 1 at level 2, which does not."""
+    hierarchy = Hierarchy([Level([[1.0]], [1.0 - 1e-9]), Level([[1.0]], [0.0])], box=([-5.0], [1.0]))
+    multipliers = np.array([[1.0 - 1e-9 - 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    certificate = certify(hierarchy, np.array([1.0]), multipliers)
+    assert certificate.worst_name == "dual of level 2"
+
+
+@pytest.mark.parametrize("excess", [2e-8, 1e-3, 5.0])
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_a_violation_is_relative_to_the_largest_term_of_its_row(size, excess):
+    """A hard row size (1, 1) has the largest term 2 size at x = (1, 2), and is violated by `excess` of it."""
+    x = np.array([1.0, 2.0])
+    limits = Level([[size, size]], upper=[size * (3.0 - 2.0 * excess)])
+    certificate = certify(Hierarchy([Level(np.eye(2), x)], limits=limits), x, np.zeros((2, 5)))
+    np.testing.assert_allclose(certificate.residuals[:, PRIMAL], excess, rtol=1e-6)
+    assert certificate.broken_limit == certificate.residuals[0, PRIMAL]
+    assert not certificate.proves()
+
+
+@pytest.mark.parametrize("x", [0.0, 0.25, -40.0])
+def test_a_violation_of_a_row_with_small_terms_is_relative_to_its_norm(x):
+    """A hard row 3 x ≥ 3 x + 0.3 e, and a bound x ≤ x − e, are violated by e/10 and e, over max(1, |x|)."""
+    e = 1e-3
+    limits = Level([[3.0]], lower=[3.0 * x + 0.3 * e])
+    size = max(1.0, abs(x))
+    by_row = certify(Hierarchy([Level([[1.0]], [x])], limits=limits), np.array([x]), np.zeros((2, 3)))
+    assert by_row.broken_limit == pytest.approx(0.1 * e / size, rel=1e-6)
+    by_box = certify(
+        Hierarchy([Level([[1.0]], [x])], box=([-99.0], [x - e])), np.array([x]), np.zeros((2, 2))
+    )
+    assert by_box.broken_limit == pytest.approx(e / size, rel=1e-6)
+
+
+def test_a_proof_is_exactly_as_good_as_the_tolerance():
+    """A residual of 1e-8 is a proof, the next larger number is none."""
+    residuals = np.full((1, 4), 1e-8)
+    assert Certificate(residuals).proves()
+    assert not Certificate(np.nextafter(residuals, 1.0)).proves()
+    assert Certificate(residuals * 10.0).proves(1e-6)
+
+
+def test_a_small_product_hides_no_complementarity():
+    """A multiplier of 1e-7 at a distance of 1e-7 has the product 1e-14, and the residual 1e-7."""
+    hierarchy = Hierarchy([Level([[1.0]], [1.0])], box=([-5.0], [1.0]))
+    certificate = certify(hierarchy, np.array([1.0 - 1e-7]), np.array([[1e-7, 0.0], [0.0, -1.0]]))
+    assert certificate.worst_name == "complementarity of level 1"
+    assert certificate.worst == pytest.approx(1e-7, rel=1e-6)

@@ -1,6 +1,7 @@
 """A resolution reads as plain sentences with names, numbers and units."""
 
 import numpy as np
+import pytest
 
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.closed_form_resolvers import PseudoInverse
@@ -46,3 +47,21 @@ def test_no_answer_says_what_to_do() -> None:
     assert "the hard limits contradict each other" in text
     assert "What to do: " in text
     assert "nan" not in text
+
+
+@pytest.mark.parametrize(("miss", "met"), [(5e-9, True), (1e-7, False)])
+@pytest.mark.parametrize("size", [1.0, 1e3])
+def test_a_row_counts_as_met_relative_to_what_it_asks_for(miss: float, met: bool, size: float) -> None:
+    """x ≤ size holds x = size (1 + miss) back: 5e-9 of it is accuracy of a solver, 1e-7 is not."""
+    hierarchy = Hierarchy([Level([[1.0]], [size * (1.0 + miss)], name="hand")], box=([0.0], [size]))
+    assert ("Level 1, hand: met." in HierarchicalQP("daqp")(hierarchy)[0].explain()) == met
+
+
+@pytest.mark.parametrize(("miss", "broken"), [(5e-9, False), (1e-7, True)])
+def test_a_limit_counts_as_broken_beyond_the_same_threshold(miss: float, broken: bool) -> None:
+    """The closed form passes x ≤ 1 and the row x ≤ 1 by `miss`, and both are named or neither."""
+    limits = Level([[1.0]], upper=[1.0], name="wall")
+    hierarchy = Hierarchy([Level([[1.0]], [1.0 + miss])], box=([0.0], [1.0]), limits=limits)
+    text = PseudoInverse()(hierarchy)[0].explain()
+    assert ("Limit broken: box/x0" in text) == broken
+    assert ("Limit broken: wall/row 0" in text) == broken

@@ -52,6 +52,10 @@ def test_the_cost_of_a_level_has_its_half_and_its_weight():
         (lambda: Hierarchy([]), "no level and no box"),
         (lambda: Hierarchy([Level([[1.0]], [0.0])], norm=[-1.0]), "positive definite"),
         (lambda: Hierarchy([Level(np.eye(2), np.zeros(2))], norm=[[1.0, 2.0], [0.0, 1.0]]), "symmetric"),
+        (lambda: Hierarchy([Level(np.eye(2), np.zeros(2))], norm=[[2.0, 1.0], [0.0, 2.0]]), "symmetric"),
+        (lambda: Hierarchy([Level(np.eye(2), [0, 0])], norm=[[2.0, 1.0], [1.0 + 1e-9, 2.0]]), "symmetric"),
+        (lambda: Hierarchy([Level([[1.0]], [0.0])], norm=[0.0]), "positive definite; least eigenvalue 0"),
+        (lambda: Hierarchy([Level(np.eye(2), [0, 0])], norm=np.diag([1.0, 0.0])), "positive definite"),
         (lambda: Hierarchy([Level([[1.0]], [0.0])], unknowns=("a", "b")), "1 names, each different"),
         (lambda: Hierarchy([Level(np.eye(2), [0, 0])], unknowns=("a", "a")), "2 names, each different"),
         (lambda: Level(np.array([[1j]]), [1.0]), "A must be numbers, got array"),
@@ -112,3 +116,18 @@ def test_a_lower_bound_above_its_upper_bound_is_infeasible():
     """The bound is named with both its values."""
     with pytest.raises(Infeasible, match="bound 1 is empty, lower 2 and upper 1"):
         Hierarchy([Level(np.eye(2), np.zeros(2))], box=([0.0, 2.0], [1.0, 1.0]))
+
+
+def test_a_norm_that_is_symmetric_but_for_rounding_is_taken():
+    """A relative difference of 1e-15 between an entry and its transpose comes from computing W."""
+    norm = [[2.0, 1.0], [1.0 + 1e-15, 2.0]]
+    np.testing.assert_array_equal(Hierarchy([Level(np.eye(2), [0.0, 0.0])], norm=norm).norm, norm)
+
+
+def test_equal_bounds_fix_an_unknown():
+    """lower = upper is no empty interval; an infinite bound on the wrong side is one."""
+    fixed = Hierarchy([Level(np.eye(2), [5.0, 5.0])], box=([1.0, -9.0], [1.0, 9.0]))
+    np.testing.assert_allclose(resolve(fixed).x, [1.0, 5.0], atol=1e-12)
+    for box in (([np.inf], [np.inf]), ([-np.inf], [-np.inf])):
+        with pytest.raises(Infeasible, match="bound 0 is empty"):
+            Hierarchy([Level([[1.0]], [0.0])], box=box)

@@ -88,3 +88,55 @@ def test_arrays_that_are_no_velocity_are_refused() -> None:
         certify_velocity(hierarchy, np.zeros(3))
     with pytest.raises(InvalidValue, match="x has NaN"):
         certify_velocity(hierarchy, [np.nan, 0.0])
+
+
+def test_a_violated_row_takes_either_sign() -> None:
+    """x ≥ 1 violates level 1 by 1e-7; level 2 (x = 5) must keep that, and only the violated row holds it."""
+    levels = [Level([[1.0]], upper=[1.0 - 1e-7]), Level([[1.0]], [5.0])]
+    hierarchy = Hierarchy(levels, box=([1.0], [9.0]))
+    assert find_multipliers(hierarchy, np.ones(1))[1, 1] == pytest.approx(4.0)
+    assert certify_velocity(hierarchy, [1.0]).proves()
+
+
+def test_noise_of_a_solver_is_no_violation() -> None:
+    """x₀ ≤ x₁ is missed by 1e-10; were its sign free, the fit would find a multiplier of the wrong sign."""
+    levels = [Level([[1.0, -1.0]], upper=[0.0]), Level(np.eye(2), [2.0, 3.0])]
+    hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.0, 1.0]))
+    assert certify_velocity(hierarchy, [1.0, 1.0 - 1e-10]).proves()
+
+
+@pytest.mark.parametrize("distance", [1e-9, -1e-9])
+def test_a_bound_that_a_solver_meets_to_1e_9_takes_its_multiplier(distance: float) -> None:
+    """x ≤ 1 stops x = 3, with the multiplier 2."""
+    hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-5.0], [1.0]))
+    assert find_multipliers(hierarchy, np.array([1.0 + distance]))[0, 0] == pytest.approx(2.0)
+    assert certify_velocity(hierarchy, [1.0 + distance]).proves()
+
+
+def test_small_units_take_small_multipliers() -> None:
+    """1e-6 x = 2e-6 inside x ≤ 1 has the gradient −1e-12, and x = 1 is its optimum all the same."""
+    hierarchy = Hierarchy([Level([[1e-6]], [2e-6])], box=([-5.0], [1.0]))
+    assert find_multipliers(hierarchy, np.ones(1))[0, 0] == pytest.approx(1e-12)
+    assert certify_velocity(hierarchy, [1.0]).proves()
+
+
+def test_rounding_takes_no_multipliers() -> None:
+    """A gradient of 1e-14 beside terms of 1 is none."""
+    hierarchy = Hierarchy([Level([[1.0]], [1.0 + 1e-14])], box=([-5.0], [1.0]))
+    assert not find_multipliers(hierarchy, np.ones(1))[0].any()
+
+
+@pytest.mark.parametrize("angle", [1e-2, 1e-5, 1e-7])
+def test_rows_near_a_singularity_take_large_multipliers(angle: float) -> None:
+    """x₀ = 0 and x₀ + angle x₁ = 0 hold x₁ = 1 back with the multipliers ∓1/angle."""
+    levels = [Level([[1.0, 0.0]], [0.0]), Level([[1.0, angle]], [0.0]), Level([[0.0, 1.0]], [1.0])]
+    y = find_multipliers(Hierarchy(levels), np.zeros(2))
+    np.testing.assert_allclose(y[2, 2:4] * angle, [-1.0, 1.0], rtol=1e-6)
+
+
+def test_a_gradient_of_equalities_and_bounds_is_shared() -> None:
+    """x₀ + x₁ = 0 and x₀ ≤ 1e-9: level 2 (x₁ = −1) is held back by both, however close x stands to zero."""
+    levels = [Level([[1.0, 1.0]], [0.0]), Level([[0.0, 1.0]], [-1.0])]
+    hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1e-9, 9.0]))
+    y = find_multipliers(hierarchy, np.array([1e-9, -1e-9]))
+    np.testing.assert_allclose(y[1, [0, 2]], [1.0, -1.0], rtol=1e-6)

@@ -5,7 +5,7 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.rank import RankRule
+from taskopt.hierarchy.rank import RankRule, equality_levels, inverse_root, root_of, row_scale
 from taskopt.hierarchy.tolerances import LOST
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory
@@ -92,3 +92,68 @@ def test_thresholds_must_be_in_order(lost: float, regained: float) -> None:
     """0 < lost ≤ regained < 1."""
     with pytest.raises(InvalidValue, match="lost ≤ regained"):
         RankRule(lost, regained)
+
+
+def test_the_size_of_rows_is_the_largest_norm_or_root_weight() -> None:
+    """Rows times √w of norms 5 and 1, with √w = 2 or 7."""
+    J = np.array([[3.0, 4.0], [0.0, 1.0]])
+    assert row_scale(J, np.array([2.0, 1.0])) == pytest.approx(5.0)
+    assert row_scale(J, np.array([2.0, 7.0])) == 7.0
+    assert row_scale(np.empty((0, 2)), np.empty(0)) == 0.0
+
+
+@pytest.mark.parametrize("resolver", [PseudoInverse(), HierarchicalQP("daqp")])
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e6])
+def test_rank_does_not_depend_on_the_unit_of_rows(
+    resolver: PseudoInverse | HierarchicalQP, unit: float
+) -> None:
+    """Two rows that agree to 1e-12 decide one direction, and two that agree to 1e-6 two, in m or in µm."""
+    for angle, rank in ((1e-12, 1), (1e-6, 2)):
+        level = Level(unit * np.array([[1.0, 0.0], [1.0, angle]]), [0.0, 0.0])
+        review = resolver(Hierarchy([level]))[0].review
+        assert review is not None
+        assert review.levels[1].rank == rank
+
+
+@pytest.mark.parametrize("resolver", [PseudoInverse(), HierarchicalQP("daqp")])
+@pytest.mark.parametrize("weight", [1.0, 1e4, 1e8])
+def test_rank_does_not_depend_on_the_weight_of_rows(
+    resolver: PseudoInverse | HierarchicalQP, weight: float
+) -> None:
+    """A row of zeros but for rounding (1e-12) decides nothing, however much it weighs."""
+    review = resolver(Hierarchy([Level([[1e-12, 0.0]], [0.0], weight=weight)]))[0].review
+    assert review is not None
+    assert review.levels[1].rank == 0
+
+
+def test_rank_is_lost_at_the_threshold_and_regained_above_it() -> None:
+    """σ = lost · scale is lost; σ = regained · scale is not yet back; the next larger number is."""
+    rule = RankRule(lost=0.25, regained=0.5)
+    for scale in (1.0, 4.0):
+        for sigma, before, rank in ((0.25, None, 0), (0.5, 0, 0), (0.5, 1, 1)):
+            assert rule.rank(np.array([sigma * scale]), scale, before) == rank
+            assert rule.rank(np.nextafter(np.array([sigma * scale]), 9.0), scale, before) == 1
+
+
+def test_unknowns_with_one_value_are_hard_equalities() -> None:
+    """Hard rows and fixed unknowns come first with weight 1; inequalities do not count."""
+    hierarchy = Hierarchy(
+        [Level(np.eye(2), [1.0, 2.0], weight=3.0), Level([[1.0, 1.0]], upper=[0.0])],
+        box=([0.5, -9.0], [0.5, 9.0]),
+        limits=Level([[0.0, 2.0], [1.0, 0.0]], lower=[4.0, 0.0], upper=[4.0, 1.0], weight=5.0),
+    )
+    hard, first, second = equality_levels(hierarchy)
+    np.testing.assert_array_equal(hard[0], [[1.0, 0.0], [0.0, 2.0]])
+    np.testing.assert_array_equal(hard[1], [0.5, 4.0])
+    np.testing.assert_array_equal(hard[2], [1.0, 1.0])
+    np.testing.assert_array_equal(first[2], [3.0, 3.0])
+    assert second[0].shape == (0, 2)
+
+
+@pytest.mark.parametrize("W", [np.array([4.0, 9.0]), np.array([[2.0, 0.5], [0.5, 1.0]])])
+def test_the_norm_is_the_product_of_its_root(W: np.ndarray) -> None:
+    """W = Lᵀ L with L upper triangular, and L⁻¹ undoes L."""
+    L = root_of(W)
+    np.testing.assert_allclose(L.T @ L, np.diag(W) if W.ndim == 1 else W, rtol=1e-14, atol=1e-15)
+    assert L[1, 0] == 0.0
+    np.testing.assert_allclose(L @ inverse_root(W), np.eye(2), atol=1e-15)
