@@ -1,6 +1,6 @@
-"""A work handed to a peer that lives in another environment: a folder, and a process that takes turns.
+"""Hands a benchmark case to a peer in another environment: a folder, and a process that takes turns.
 
-The folder holds `robot.urdf` (no meshes, velocity limits as in the work), `work.json` and `poses.npy`; what
+The folder holds `robot.urdf` (no meshes, velocity limits as in the case), `case.json` and `poses.npy`; what
 runs on the other side begins with `served.py`.
 """
 
@@ -11,8 +11,8 @@ from importlib.metadata import distribution
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import cases
 import numpy as np
-import works
 
 from taskopt.arrays import Array
 
@@ -24,7 +24,15 @@ SHIPPED = {
 
 
 class Remote:
-    """A peer's script under its own interpreter, told block by block which ticks to run."""
+    """The script of a peer under an interpreter of its own, told block by block which ticks to run.
+
+    Args:
+        python: The interpreter.
+        script: Name of the script in this folder.
+        folder: What `hand_over` wrote.
+        solver: Name of the QP solver.
+        clock: "wall" or "cpu".
+    """
 
     def __init__(self, python: str, script: str, folder: Path, solver: str, clock: str) -> None:
         command = [python, str(HERE / script), str(folder), solver, clock]
@@ -32,7 +40,7 @@ class Remote:
         self.name = json.loads(self._answer())
 
     def block(self, first: int, stop: int) -> Array:
-        """Microseconds of the ticks from `first` to `stop`; NaN from the one at which it gave up."""
+        """Return the time of the ticks from `first` to `stop` [µs]; NaN from the one at which it gave up."""
         assert self._process.stdin is not None
         print(first, stop, file=self._process.stdin, flush=True)
         return np.array(json.loads(self._answer()), dtype=float)
@@ -45,53 +53,54 @@ class Remote:
         return line
 
     def close(self) -> None:
+        """End the process."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         self._process.wait()
 
 
-def hand_over(work: works.Work) -> Path:
-    """Write the work into a temporary folder."""
-    folder = Path(tempfile.mkdtemp(prefix=f"taskopt-{work.name}-"))
-    robot, weights = work.robot, works.weights(work.name)
+def hand_over(case: cases.BenchmarkCase) -> Path:
+    """Write the case into a temporary folder, and return that folder."""
+    folder = Path(tempfile.mkdtemp(prefix=f"taskopt-{case.name}-"))
+    robot, weights = case.robot, cases.weights(case.name)
     floating = robot.nq != robot.nv
     angles = {
-        name: float(work.q0[robot.position_index[robot.velocity_index(name).start]])
+        name: float(case.q0[robot.position_index[robot.velocity_index(name).start]])
         for name in robot.joints
         if name != "root_joint"
     }
     told = {
-        "hand": work.frame,
-        "hard": "h" in work.name,
-        "dt": works.DT,
-        "damping": works.DAMPING,
-        "kappa": works.KAPPA,
+        "hand": case.frame,
+        "hard": "h" in case.name,
+        "dt": cases.DT,
+        "damping": cases.DAMPING,
+        "kappa": cases.POSITION_GAIN,
         "weights": weights,
-        "feet": list(works.FEET) if floating else [],
+        "feet": list(cases.FEET) if floating else [],
         "angles": angles,
-        "base": work.q0[:7].tolist() if floating else None,
-        "speeds": robot_speeds(work),
+        "base": case.q0[:7].tolist() if floating else None,
+        "speeds": robot_speeds(case),
     }
-    (folder / "work.json").write_text(json.dumps(told), encoding="utf-8")
-    np.save(folder / "poses.npy", np.array(work.poses))
+    (folder / "case.json").write_text(json.dumps(told), encoding="utf-8")
+    np.save(folder / "poses.npy", np.array(case.poses))
     robots = distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
     _write_bare(Path(str(robots)) / SHIPPED[robot.name], folder / "robot.urdf", told["speeds"])
     return folder
 
 
-def robot_speeds(work: works.Work) -> dict[str, float]:
-    """Velocity limit of each joint, as the work scales it [rad/s, m/s]."""
-    scale = works.VELOCITY_SCALE.get(work.name, 1.0)
-    limit = work.robot.velocity_limit
+def robot_speeds(case: cases.BenchmarkCase) -> dict[str, float]:
+    """Return the velocity limit of each joint, as the case scales it [rad/s, m/s]."""
+    scale = cases.VELOCITY_SCALE.get(case.name, 1.0)
+    limit = case.robot.velocity_limit
     return {
-        name: scale * float(limit[work.robot.velocity_index(name).start])
-        for name in work.robot.joints
+        name: scale * float(limit[case.robot.velocity_index(name).start])
+        for name in case.robot.joints
         if name != "root_joint"
     }
 
 
 def _write_bare(source: Path, target: Path, speeds: dict[str, float]) -> None:
-    """The robot without meshes, joints that the work locks fixed, velocity limits as given."""
+    """The robot without meshes, joints that the case locks fixed, velocity limits as given."""
     root = ET.parse(source).getroot()
     for child in [c for c in root if c.tag not in ("link", "joint")]:
         root.remove(child)

@@ -16,16 +16,16 @@ from types import SimpleNamespace
 import numpy as np
 
 
-def handed_work() -> SimpleNamespace:
+def handed_case() -> SimpleNamespace:
     """What stands in the folder that the first argument names; `poses` (ticks, 4, 4), `urdf` its path."""
     folder = Path(sys.argv[1])
-    work = SimpleNamespace(**json.loads((folder / "work.json").read_text(encoding="utf-8")))
-    work.poses, work.urdf, work.solver = (
+    case = SimpleNamespace(**json.loads((folder / "case.json").read_text(encoding="utf-8")))
+    case.poses, case.urdf, case.solver = (
         np.load(folder / "poses.npy"),
         str(folder / "robot.urdf"),
         sys.argv[2],
     )
-    return work
+    return case
 
 
 def serve(name: str, tick: Callable[[int], None], failure: type[Exception]) -> None:

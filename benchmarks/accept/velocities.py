@@ -1,0 +1,193 @@
+"""The velocities of an old commit, computed again by this one at the same postures.
+
+    python benchmarks/accept/velocities.py        # all cases and scenarios; rewrites velocities.txt
+    python benchmarks/accept/velocities.py --only W1s singular --ticks 200
+    python benchmarks/accept/velocities.py --sample   # rewrites sample.npz, which the tests use
+
+The old commit runs each benchmark case and each scenario of tasks/ in closed loop, in a process and a
+worktree of its own. At each of its postures, with the same time, targets and last velocity, this
+commit computes its velocity. It may differ by 10 times the largest change that the old commit itself shows
+over the same ticks when every entry of q moves by one last bit, in 20 random sign patterns. In saturated
+cases every answer must be proven by its certificate besides, and be within 1e-9 of `hqp/daqp` on the same
+hierarchy wherever that answer is proven, too. A scenario with a conflict counts up to its first conflict.
+"""
+
+import os
+
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[_variable] = "1"  # before NumPy is imported
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the modules beside this folder
+
+import numpy as np
+from cases import NAMES
+from checkout import BEFORE, ROOT, Subject, cache_of, environment, full_name, subject, worktree
+
+from taskopt import Controller
+from taskopt.arrays import Array
+from taskopt.resolver.registry import resolver
+
+FACTOR = 10.0  # times the response to one last bit
+LEAST = 1e-15  # [rad/s, m/s] a change below the rounding of v itself is none
+APART = 1e-9  # [rad/s, m/s] from hqp/daqp in saturated cases
+CASE_TICKS = 1000
+OUTPUT = Path(__file__).with_suffix(".txt")
+SAMPLE = Path(__file__).with_name("sample.npz")
+SAMPLE_SEED, SAMPLE_NAMES, SAMPLE_TICKS = 3, 8, 40
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came out for one subject.
+
+    Attributes:
+        name: Name of the case or scenario.
+        ticks: Number of ticks compared.
+        change: Largest difference of the velocities [rad/s, m/s].
+        response: Largest response of the old commit to one last bit of q [rad/s, m/s].
+        unproven: Ticks whose certificate is no proof.
+        fallbacks: Ticks that another method answered.
+        apart: Largest distance to hqp/daqp [rad/s, m/s]; NaN if the case is not saturated.
+        compared: Ticks at which hqp/daqp is proven, too.
+    """
+
+    name: str
+    ticks: int
+    change: float
+    response: float
+    unproven: int
+    fallbacks: int
+    apart: float
+    compared: int
+
+    @property
+    def accepted(self) -> bool:
+        """True if the velocities are those of the old commit, and saturated ones are proven."""
+        same = self.change <= max(FACTOR * self.response, LEAST)
+        saturated = np.isfinite(self.apart)
+        return same and (not saturated or (self.unproven == 0 and self.apart <= APART))
+
+    def __str__(self) -> str:
+        beside = f"{self.apart:.1e} ({self.compared})" if np.isfinite(self.apart) else ""
+        verdict = "ok" if self.accepted else "NOT"
+        bound = max(FACTOR * self.response, LEAST)
+        return (
+            f"{self.name:20s} {self.ticks:6d} {self.change:10.1e} {bound:10.1e} {self.unproven:9d} "
+            f"{self.fallbacks:9d} {beside:>16s}  {verdict}"
+        )
+
+
+HEADER = (
+    f"{'case or scenario':20s} {'ticks':>6s} {'|dv|':>10s} {'allowed':>10s} {'unproven':>9s} "
+    f"{'fallbacks':>9s} {'to hqp/daqp':>16s}"
+)
+
+
+def is_saturated(name: str) -> bool:
+    """Return True for a benchmark case whose target is out of reach."""
+    return name in NAMES and "x" in name
+
+
+def examine(of: Subject, q: Array, v: Array, response: float) -> Outcome:
+    """Compute the velocities again, open loop, and compare.
+
+    Args:
+        of: The subject, made by this commit.
+        q: Postures of the old commit, (ticks, nq) [rad, m].
+        v: Velocities of the old commit, (ticks, nv) [rad/s, m/s].
+        response: Its largest response to one last bit of q [rad/s, m/s].
+    """
+    control = Controller(of.robot, of.stack, "active-set", of.dt)
+    cascade = resolver("hqp/daqp") if is_saturated(of.name) else None
+    change, unproven, fallbacks, compared = 0.0, 0, 0, 0
+    apart = 0.0 if cascade else np.nan
+    for tick in range(len(q)):
+        resolution = control.step(q[tick], of.aim(tick), v[tick - 1] if tick else None)
+        change = max(change, float(np.abs(resolution.v - v[tick]).max()))
+        unproven += not resolution.certified()
+        fallbacks += resolution.fallback is not None
+        if cascade:
+            other, _ = cascade(resolution.problem)
+            if other.certified():
+                compared += 1
+                apart = max(apart, float(np.abs(resolution.x - other.x).max()))
+    return Outcome(of.name, len(q), change, response, unproven, fallbacks, apart, compared)
+
+
+def records(commit: str, names: list[str], ticks: int) -> Iterator[tuple[str, Array, Array, float]]:
+    """Yield what the old commit did, subject by subject.
+
+    Args:
+        commit: The old commit.
+        names: Cases and scenarios.
+        ticks: Number of ticks of each; 0 for all of a scenario, and `CASE_TICKS` of a case.
+
+    Yields:
+        Name, postures (ticks, nq), velocities (ticks, nv), and the largest response to one last bit of q.
+    """
+    script = Path(__file__).with_name("recorder.py")
+    with worktree(commit) as folder, tempfile.TemporaryDirectory() as place:
+        variables = environment(folder, cache_of(full_name(commit)) / "kernels")
+        for name in names:
+            file, count = Path(place) / f"{name}.npz", ticks or (CASE_TICKS if name in NAMES else 0)
+            command = [sys.executable, str(script), str(folder), str(file), name, str(count)]
+            subprocess.run(command, env=variables, check=True)
+            with np.load(file) as recorded:
+                yield name, recorded["q"], recorded["v"], float(recorded["response"].max(initial=0.0))
+
+
+def examine_record(name: str, q: Array, v: Array, response: float) -> Outcome:
+    """Make the subject by name, and compare as `examine` does."""
+    return examine(subject(ROOT, name, len(q) if name in NAMES else None), q, v, response)
+
+
+def write_sample(commit: str) -> None:
+    """Write the first ticks of some cases and scenarios, chosen by a seed, to `SAMPLE`."""
+    rng, kept = np.random.default_rng(SAMPLE_SEED), {}
+    names = sorted(rng.choice(everything(), SAMPLE_NAMES, replace=False).tolist())
+    for name, q, v, response in records(commit, names, SAMPLE_TICKS):
+        kept |= {f"{name}/q": q, f"{name}/v": v, f"{name}/response": np.array(response)}
+    np.savez_compressed(SAMPLE, **kept)
+
+
+def everything() -> list[str]:
+    """Return the names of all cases and scenarios."""
+    return [*NAMES, *sorted(path.stem for path in (ROOT / "tasks").glob("[!_]*.py"))]
+
+
+def main() -> None:
+    """Print the table; write it to the file beside this script if nothing was left out."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--against", metavar="COMMIT", default=BEFORE)
+    parser.add_argument("--only", nargs="+", choices=everything(), metavar="NAME")
+    parser.add_argument("--ticks", type=int, default=0, help="of each; else all")
+    parser.add_argument("--sample", action="store_true", help=f"write {SAMPLE.name} instead of comparing")
+    arguments = parser.parse_args()
+    if arguments.sample:
+        write_sample(arguments.against)
+        return
+    head = f"velocities of this commit at the postures of {arguments.against}\n\n{HEADER}"
+    print(head, flush=True)
+    lines, accepted = [head], True
+    for recorded in records(arguments.against, arguments.only or everything(), arguments.ticks):
+        outcome = examine_record(*recorded)
+        print(outcome, flush=True)
+        lines.append(str(outcome))
+        accepted &= outcome.accepted
+    if not arguments.only and not arguments.ticks:
+        OUTPUT.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    raise SystemExit(not accepted)
+
+
+if __name__ == "__main__":
+    main()
