@@ -1,0 +1,89 @@
+"""Compiles everything at once, for images and robots that are to start quickly later.
+
+Kernels are compiled for the types of their arguments, and those do not depend on the robot. It is therefore
+enough to take a small arm through a tick of every task and limit that has a kernel.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from taskopt.kinematics.geometry import Sphere
+from taskopt.kinematics.limit import (
+    JointAccelerationLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+    ObstacleLimit,
+    SelfCollisionLimit,
+)
+from taskopt.kinematics.objective import Manipulability
+from taskopt.kinematics.pose import exp3, exp6, jlog3, jlog6, log3, log6
+from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.target import Line
+from taskopt.kinematics.task import (
+    CentreOfMassTask,
+    FrameTask,
+    GazeTask,
+    GradientTask,
+    JointTask,
+    OrientationTask,
+    PositionTask,
+    Task,
+)
+from taskopt.loop.controller import Controller
+from taskopt.resolver.active_set.resolver import ActiveSet
+
+_LENGTHS = (0.4, 0.4, 0.4, 0.4)  # [m]
+_START = np.array([0.3, 0.4, 0.5, 0.4])  # [rad]
+
+
+def warm_up() -> None:
+    """Compile all kernels of tasks, limits, the active-set method and its certificate.
+
+    They are kept where `taskopt.jit.store` says, for every later process of the user. Progress is shown on
+    stderr; if all of them were there already, nothing is shown.
+    """
+    for robot, stack in _stacks():
+        for fast_path in (True, False):
+            control = Controller(robot, stack, ActiveSet(fast_path=fast_path))
+            control.start(_START)
+            control.step(_START, 0.001)
+    pose = np.eye(4)
+    for of_rotation in (log3, jlog3):
+        of_rotation(pose[:3, :3].copy())
+    for of_pose in (log6, jlog6):
+        of_pose(pose)
+    exp3(np.zeros(3))
+    exp6(np.zeros(6))
+
+
+def _stacks() -> Iterator[tuple[Robot, Stack]]:
+    """Yield stacks that have each task and limit with a kernel between them, and arms for them."""
+    line = Line(by=(0.1, 0.0, 0.0), duration=1.0)
+    tip: list[Task] = [PositionTask("tip", target=line, axes="xy")]
+    rates: list[Limit] = [JointPositionLimit(), JointVelocityLimit(), JointAccelerationLimit(50.0)]
+    arm = planar_arm(_LENGTHS, lower=-3.0, upper=3.0, velocity=3.0, radius=0.02)
+    yield _with_masses(), Stack([[CentreOfMassTask(axes="xy")], [JointTask()]])
+    yield arm, Stack([[FrameTask("tip")], [OrientationTask("tip", axes="z")], [JointTask()]], limits=rates)
+    apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
+    gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
+    yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)
+
+
+def _with_masses() -> Robot:
+    """Return an arm of four links with masses, which a description by lengths does not have."""
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    limit = '<limit effort="1" velocity="3" lower="-3" upper="3"/>'
+    text = '<robot name="arm"><link name="link0"/>'
+    for i, length in enumerate(_LENGTHS):
+        text += f'<link name="link{i + 1}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+        text += f'<joint name="joint{i}" type="revolute"><parent link="link{i}"/><child link="link{i + 1}"/>'
+        text += f'<origin xyz="{length} 0 0"/><axis xyz="0 0 1"/>{limit}</joint>'
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "arm.urdf"
+        file.write_text(text + "</robot>", encoding="utf-8")
+        return Robot.from_urdf(file)
