@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry import Sphere
 from taskopt.kinematics.limit import (
     JointAccelerationLimit,
@@ -23,7 +24,7 @@ from taskopt.kinematics.objective import Manipulability
 from taskopt.kinematics.pose import exp3, exp6, jlog3, jlog6, log3, log6
 from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.kinematics.stack import Stack
-from taskopt.kinematics.target import Line
+from taskopt.kinematics.target import Function, Line
 from taskopt.kinematics.task import (
     CentreOfMassTask,
     FrameTask,
@@ -52,6 +53,7 @@ def warm_up() -> None:
             control = Controller(robot, stack, ActiveSet(fast_path=fast_path))
             control.start(_START)
             control.step(_START, 0.001)
+    Configuration(_bare_arm(), _START).hessian("tip")
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):
         of_rotation(pose[:3, :3].copy())
@@ -66,12 +68,22 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     line = Line(by=(0.1, 0.0, 0.0), duration=1.0)
     tip: list[Task] = [PositionTask("tip", target=line, axes="xy")]
     rates: list[Limit] = [JointPositionLimit(), JointVelocityLimit(), JointAccelerationLimit(50.0)]
-    arm = planar_arm(_LENGTHS, lower=-3.0, upper=3.0, velocity=3.0, radius=0.02)
+    arm, turn = _bare_arm(), Function(lambda t: exp6(np.array([0.0, 0.0, 0.0, 0.0, 0.0, t])))
     yield _with_masses(), Stack([[CentreOfMassTask(axes="xy")], [JointTask()]])
-    yield arm, Stack([[FrameTask("tip")], [OrientationTask("tip", axes="z")], [JointTask()]], limits=rates)
+    yield (
+        arm,
+        Stack(
+            [[FrameTask("tip", target=turn)], [OrientationTask("tip", axes="y")], [JointTask()]], limits=rates
+        ),
+    )
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
     gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
     yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)
+
+
+def _bare_arm() -> Robot:
+    """Return an arm of four links with limits and shapes."""
+    return planar_arm(_LENGTHS, lower=-3.0, upper=3.0, velocity=3.0, radius=0.02)
 
 
 def _with_masses() -> Robot:
