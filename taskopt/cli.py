@@ -1,4 +1,4 @@
-"""The command line: run, compare, view, list. The only place where everything is wired together."""
+"""The command line. It wires everything together and computes nothing itself."""
 
 import os
 import sys
@@ -19,47 +19,75 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="taskopt",
-    help="Redundancy resolution by optimisation: resolve a task stack, certify it, look at it.",
-    epilog="Errors are one line; --debug, anywhere on the line, shows the traceback. Linear algebra runs on "
-    "one thread, since more only add jitter at these sizes; OPENBLAS_NUM_THREADS and its like are respected.",
+    help="Resolve the redundancy of robots by optimisation: run task stacks, prove the answers, look at them.",
+    epilog="An error is reported in one line; add --debug to see the traceback. Linear algebra runs on one "
+    "thread, because more threads only add jitter at these sizes; set OPENBLAS_NUM_THREADS to change that.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 
-bench = typer.Typer(help="Measure, on this machine.", no_args_is_help=True, rich_markup_mode=None)
+bench = typer.Typer(
+    help="Measure solvers and methods on this machine.", no_args_is_help=True, rich_markup_mode=None
+)
 app.add_typer(bench, name="bench")
 
 ScenarioFile = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Python file with a `scenario`; it is executed.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Python file that defines `scenario`. The file is executed: run only files that you trust.",
+    ),
 ]
 Duration = Annotated[
-    float | None, typer.Option(metavar="SECONDS", help="Instead of the scenario's own.", show_default=False)
+    float | None,
+    typer.Option(
+        metavar="SECONDS", help="Length of the run, instead of the scenario's own.", show_default=False
+    ),
 ]
 Live = Annotated[
-    bool, typer.Option("--live", help="Also stream to a Rerun viewer here; one is opened if none runs.")
+    bool,
+    typer.Option(
+        "--live", help="Show the run in a Rerun viewer while it goes on; a viewer is opened if none is open."
+    ),
 ]
-Record = Annotated[bool, typer.Option(help="Write recording, table and manifest.")]
-Logs = Annotated[Path, typer.Option(metavar="FOLDER", help="Where recordings go: FOLDER/<scenario>/<time>/.")]
+Record = Annotated[bool, typer.Option(help="Write a recording, a table of all ticks and a manifest.")]
+Logs = Annotated[Path, typer.Option(metavar="FOLDER", help="Write to FOLDER/<scenario>/<time>/.")]
 
 
 @dataclass(frozen=True)
 class Output:
-    """Where a run goes, as the options have it."""
+    """Where a run is recorded, as the options say.
+
+    Attributes:
+        record: Write a recording at all.
+        logs: Folder of all recordings.
+        live: Show the run in a viewer as well.
+    """
 
     record: bool
     logs: Path
     live: bool
 
     def recorders(self, info: "RunInfo") -> "tuple[Log, ...]":
-        """The log of a run, or nothing."""
+        """Open the log of a run.
+
+        Args:
+            info: The run.
+
+        Returns:
+            One log, or none if nothing is recorded.
+
+        Raises:
+            InvalidValue: The run is to be shown but not recorded, or the folder cannot be written.
+        """
         from taskopt.record.log import open_log
         from taskopt.record.viewer.open import live_viewer
 
         if not self.record:
             if self.live:
-                raise InvalidValue("--live streams what is recorded; leave --no-record out")
+                raise InvalidValue("--live shows what is recorded; leave out --no-record")
             return ()
         return (open_log(info, self.logs, live_viewer() if self.live else None),)
 
@@ -67,13 +95,15 @@ class Output:
 @app.command()
 def run(
     scenario: ScenarioFile,
-    resolver: Annotated[str, typer.Option("-r", "--resolver", help="See `taskopt list`.")] = "active-set",
+    resolver: Annotated[
+        str, typer.Option("-r", "--resolver", help="Name of the resolver; `taskopt list` shows them.")
+    ] = "active-set",
     duration: Duration = None,
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
 ) -> None:
-    """Run a scenario: a summary and a recording."""
+    """Run a scenario, print a summary and write a recording."""
     _resolve(scenario, [resolver], duration, Output(record, logs, live))
 
 
@@ -81,34 +111,41 @@ def run(
 def compare(
     scenario: ScenarioFile,
     resolvers: Annotated[
-        list[str], typer.Option("-r", "--resolver", help="Repeat it: one a resolver. See `taskopt list`.")
+        list[str],
+        typer.Option(
+            "-r", "--resolver", help="Name of a resolver, once for each; `taskopt list` shows them."
+        ),
     ],
     duration: Duration = None,
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
 ) -> None:
-    """Run several resolvers side by side."""
+    """Run a scenario with several resolvers side by side."""
     twice = sorted({name for name in resolvers if resolvers.count(name) > 1})
     if twice:
-        raise InvalidValue(f"each resolver is to be named once, got twice: {', '.join(twice)}")
+        raise InvalidValue(f"name each resolver once; named twice: {', '.join(twice)}")
     _resolve(scenario, resolvers, duration, Output(record, logs, live))
 
 
 @app.command()
 def view(
     log: Annotated[
-        Path | None, typer.Argument(help="Recording, or a folder of recordings; default: the newest.")
+        Path | None,
+        typer.Argument(help="A recording, or a folder that has some; by default the newest recording."),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a PNG instead of opening a window.")
+        Path | None, typer.Option(metavar="FILE", help="Write a picture (PNG) instead of opening a window.")
     ] = None,
     at: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Time of the picture; default: the middle.")
+        float | None,
+        typer.Option(
+            metavar="SECONDS", help="Time in the run that the picture shows; by default the middle."
+        ),
     ] = None,
     logs: Logs = Path("logs"),
 ) -> None:
-    """Open a recording in Rerun, on a finished layout."""
+    """Open a recording in the Rerun viewer."""
     from taskopt.record.reading import find_recording
     from taskopt.record.viewer.open import show
 
@@ -119,20 +156,27 @@ def view(
         from taskopt.record.viewer.picture import take_picture
 
         take_picture(path, picture, at)
-        typer.echo(f"{picture} shows {path}")
+        typer.echo(f"wrote {picture}, a picture of {path}")
 
 
 @bench.command()
 def accuracy(
     solvers: Annotated[
-        list[str] | None, typer.Option("-s", "--solver", help="Repeat it; default: all installed.")
+        list[str] | None,
+        typer.Option(
+            "-s", "--solver", help="Name of a solver, once for each; by default all that are installed."
+        ),
     ] = None,
-    family: Annotated[str, typer.Option(help="hqp or wqp: how the solvers are asked.")] = "hqp",
-    trials: Annotated[int, typer.Option(min=1, help="Problems a cell.")] = 20,
+    family: Annotated[
+        str, typer.Option(help="How the solvers are used: hqp (level by level) or wqp (one weighted QP).")
+    ] = "hqp",
+    trials: Annotated[
+        int, typer.Option(min=1, help="Number of problems for each singular value and damping.")
+    ] = 20,
 ) -> None:
-    """How right q̇ is near a singularity.
+    """Measure how accurate each solver is near a singularity.
 
-    σ_min × damping × solver, with bounds that bind and without.
+    For several smallest singular values and dampings, with and without active bounds.
     """
     from rich.console import Console
     from rich.progress import track
@@ -151,14 +195,19 @@ def accuracy(
 
 @bench.command()
 def fuzz(
-    ticks: Annotated[int, typer.Option(min=1, help="Ticks in all, on four robots.")] = 100_000,
-    resolver: Annotated[str, typer.Option("-r", "--resolver", help="See `taskopt list`.")] = "active-set",
-    seed: Annotated[int, typer.Option(help="Another seed, other stacks.")] = 0,
+    ticks: Annotated[int, typer.Option(min=1, help="Number of ticks, shared by four robots.")] = 100_000,
+    resolver: Annotated[
+        str, typer.Option("-r", "--resolver", help="Name of the resolver; `taskopt list` shows them.")
+    ] = "active-set",
+    seed: Annotated[int, typer.Option(help="Another seed draws other stacks.")] = 0,
     keep: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Save what fails, to be resolved again.")
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Save problems whose answer fails, so that they can be resolved again."
+        ),
     ] = None,
 ) -> None:
-    """Random stacks: every answer proven, or reported."""
+    """Resolve random stacks; exit with 1 unless every answer is proven, or reported as failed."""
     from rich.console import Console
     from rich.progress import track
 
@@ -179,25 +228,25 @@ def fuzz(
 
 
 @bench.command()
-def strictness(cases: Annotated[int, typer.Option(min=1, help="Cases that count.")] = 1000) -> None:
-    """Strict levels beside weights and a projected cost."""
+def strictness(cases: Annotated[int, typer.Option(min=1, help="Number of cases.")] = 1000) -> None:
+    """Measure what strict levels are worth, beside weights and a projected cost."""
     from taskopt.bench.strictness import measure, table
     from taskopt.report import terminal
 
-    *_, ways = measure(cases)
-    terminal().print(table(ways))
+    *_, methods = measure(cases)
+    terminal().print(table(methods))
 
 
 @app.command()
 def list() -> None:
-    """List robots, solvers, resolvers, scenarios."""
+    """List robots, solvers, resolvers and scenarios."""
     from taskopt.report import show_inventory, terminal
 
     show_inventory(terminal())
 
 
 def main() -> None:
-    """Entry point: one clear line and exit code 2 for what a user can do wrong."""
+    """Run the command line; report a mistake of the user in one line, with exit code 2."""
     for library in ("OPENBLAS", "OMP", "MKL"):  # read when NumPy is imported, which has not happened yet
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
@@ -211,6 +260,7 @@ def main() -> None:
 
 
 def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: Output) -> None:
+    """Run a scenario with all resolvers, record it, and print the summary."""
     from taskopt.compare import Comparison
     from taskopt.loop.scenario import load_scenario
     from taskopt.record import RunInfo, record
@@ -225,17 +275,17 @@ def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: 
     logs = output.recorders(RunInfo(scenario, tuple(names), Path(file)))
     try:
         interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
-    finally:  # also where a run ends early: what there is can be looked at
+    finally:  # a run that ends early still has a summary and a recording
         title = f"{scenario.name}: {scenario.ticks} ticks of {1e3 * scenario.dt:g} ms"
         show(comparison.summaries.values(), terminal(), comparison.reference, title)
         for log in logs:
-            typer.echo(f"recording: {log.folder}; open it with: taskopt view {log.folder}")
+            typer.echo(f"recorded in {log.folder}; look at it with: taskopt view {log.folder}")
     if interrupted:
         raise typer.Exit(130)
 
 
 def _drive(steps: "Generator[Step, None, None]", total: int, name: str) -> bool:
-    """Go through all steps behind a progress bar; say whether the user broke it off."""
+    """Run through all steps behind a progress bar; return True if the user interrupted it."""
     from rich.console import Console
     from rich.progress import Progress
 

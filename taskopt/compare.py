@@ -1,6 +1,7 @@
-"""One scenario, several resolvers, side by side: who tracks, who keeps the limits, who can prove it.
+"""Compare resolvers on one scenario: tracking, limits, proofs, times.
 
-The resolvers take turns tick by tick, each on its own robot: one clock, one load of the machine.
+The resolvers take turns tick by tick, each with its own robot, so that one clock and one load of the machine
+hold for all of them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,36 +14,55 @@ from taskopt.record.run_info import RunInfo
 from taskopt.record.summary import Summary
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.base import Resolver
+from taskopt.resolver.registry import resolver as resolver_named
 
 
 class Comparison:
-    """Runs a scenario with several resolvers; `summaries` has the figures so far.
+    """Run a scenario with several resolvers, and gather the figures of each.
 
-    Iterating yields the steps of all, tick by tick. A resolver that finds no answer ends there, with
-    the reason in its summary, and the others go on; where it is the only one, its error is raised.
-    The reference of path differences is `pinv` if it is among them, else the first.
+    Iterating yields the steps of all resolvers, tick by tick. A resolver that has no answer ends there, with
+    the reason in its summary, and the others go on. If it is the only one, its error is raised.
+
+    Args:
+        scenario: What to run.
+        resolvers: The resolvers, or their names (`taskopt list` shows them).
+
+    Attributes:
+        scenario: As above.
+        resolvers: The resolvers.
+        reference: Name of the resolver with whose path the others are compared: `pinv` if it is among them,
+            else the first.
+        summaries: Figures so far, by name of the resolver.
+
+    Raises:
+        UnknownName: There is no resolver of a name that is given.
+        NotSolved: The only resolver has no answer that may be sent to a robot.
+        Infeasible: Hard limits contradict each other, with one resolver and the policy "raise".
     """
 
-    def __init__(self, scenario: Scenario, resolvers: Sequence[Resolver]) -> None:
+    def __init__(self, scenario: Scenario, resolvers: Sequence[str | Resolver]) -> None:
         self.scenario = scenario
-        self.resolvers = tuple(resolvers)
-        names = [resolver.name for resolver in resolvers]
+        self.resolvers: tuple[Resolver, ...] = tuple(
+            resolver_named(given) if isinstance(given, str) else given for given in resolvers
+        )
+        names = [resolver.name for resolver in self.resolvers]
         self.reference = "pinv" if "pinv" in names else names[0]
         gauge = LimitGauge(RunInfo(scenario, tuple(names)))
         self.summaries = {name: Summary(name, gauge) for name in names}
 
     def __iter__(self) -> Iterator[Step]:
-        lanes = {resolver.name: run(self.scenario, resolver) for resolver in self.resolvers}
+        """Yield the steps of all resolvers, tick by tick, in the order of the resolvers."""
+        runs = {resolver.name: run(self.scenario, resolver) for resolver in self.resolvers}
         for _ in range(self.scenario.ticks):
             steps = {}
-            for name in list(lanes):
+            for name in list(runs):
                 try:
-                    steps[name] = next(lanes[name])
+                    steps[name] = next(runs[name])
                 except (NotSolved, Infeasible) as error:
                     if len(self.resolvers) == 1:
                         raise
                     self.summaries[name].stopped = str(error)
-                    del lanes[name]
+                    del runs[name]
             for name, step in steps.items():
                 self.summaries[name].add(Batch((step,)))
                 if self.reference in steps:

@@ -1,6 +1,6 @@
-"""The figures of a run or of a comparison, as a table for a terminal."""
+"""Print the figures of a run or of a comparison as a table for a terminal."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from os import environ
 from typing import NamedTuple
 
@@ -15,7 +15,13 @@ from taskopt.record.summary import Summary
 
 
 class Figure(NamedTuple):
-    """One figure of a summary: column heading (none if wide tables leave it out), words, and text."""
+    """One figure of a summary.
+
+    Attributes:
+        heading: Heading of its column in a wide table; empty where wide tables leave it out.
+        label: Its name in words, in a tall table.
+        cell: Gives its text for a summary.
+    """
 
     heading: str
     label: str
@@ -24,56 +30,86 @@ class Figure(NamedTuple):
 
 _FIGURES = (
     Figure(
-        "tracking\nmax [m]", "tracking error, largest [m]", lambda t: _number(max(t.tracking, default=np.nan))
+        "tracking\nerror,\nmax [m]",
+        "tracking error, largest [m]",
+        lambda s: _number(max(s.tracking, default=np.nan)),
     ),
-    Figure("\nrms [m]", "tracking error, rms [m]", lambda t: _number(_rms(t.tracking))),
-    Figure("over\n[rad]", "position over its limit [rad]", lambda t: _number(t.position_violation)),
-    Figure("limits\n[rad/s]", "velocity over its limit [rad/s]", lambda t: _number(t.velocity_violation)),
+    Figure("\n\nrms [m]", "tracking error, root mean square [m]", lambda s: _number(_rms(s.tracking))),
+    Figure(
+        "position\nexcess\n[rad]",
+        "excess over position limits [rad]",
+        lambda s: _number(s.position_violation),
+    ),
+    Figure(
+        "velocity\nexcess\n[rad/s]",
+        "excess over velocity limits [rad/s]",
+        lambda s: _number(s.velocity_violation),
+    ),
     Figure(
         "",
-        "change of a velocity in a tick, largest [rad/s]",
-        lambda t: _number(t.continuity.jump),
+        "change of a velocity in one tick, largest [rad/s]",
+        lambda s: _number(s.continuity.jump),
     ),
     Figure(
-        "closed\nform",
-        "apart from the closed form [rad/s]",
-        lambda t: _number(max(t.closed_form_distances, default=np.nan)),
+        "closed\nform\n[rad/s]",
+        "distance to the closed form where no limit is active [rad/s]",
+        lambda s: _number(max(s.closed_form_distances, default=np.nan)),
     ),
     Figure(
-        "nothing\nbinds", "… where nothing binds", lambda t: _share(len(t.closed_form_distances), t.ticks)
+        "no limit\nactive",
+        "ticks at which no limit is active",
+        lambda s: _share(len(s.closed_form_distances), s.ticks),
     ),
-    Figure("path\n[rad]", "path apart from the reference [rad]", lambda t: _number(t.path_difference)),
-    Figure("certi-\nficate", "worst certificate", lambda t: _number(max(t.certificates, default=np.nan))),
-    Figure("claim-\ned", "claimed optimal", lambda t: _share(t.claimed, t.ticks)),
-    Figure("certi-\nfied", "proven optimal", lambda t: _share(t.certified, t.ticks)),
-    Figure("p50\n[µs]", "solve time, median [µs]", lambda t: _microseconds(t.seconds, 50)),
-    Figure("p99\n[µs]", "solve time, 99 % [µs]", lambda t: _microseconds(t.seconds, 99)),
+    Figure("path\n[rad]", "distance to the path of {reference} [rad]", lambda s: _number(s.path_difference)),
+    Figure(
+        "worst\nKKT\nresidual",
+        "worst KKT residual (a proof up to 1e-8)",
+        lambda s: _number(max(s.certificates, default=np.nan)),
+    ),
+    Figure("claimed", "ticks claimed to be optimal", lambda s: _share(s.claimed, s.ticks)),
+    Figure("proven", "ticks proven to be optimal", lambda s: _share(s.certified, s.ticks)),
+    Figure("solve\np50\n[µs]", "solve time, median [µs]", lambda s: _microseconds(s.seconds, 50)),
+    Figure("solve\np99\n[µs]", "solve time, 99th percentile [µs]", lambda s: _microseconds(s.seconds, 99)),
 )
 _LEGEND = (
-    "tracking: error of the first task with a frame, its rows in metres; over limits: largest position after "
-    "the step, largest velocity; closed form: largest difference to it on the same problem [rad/s], over the "
-    "ticks where nothing binds; path: largest difference to {reference}; certificate: worst KKT residual, up "
-    "to 1e-8 is a proof; claimed: the resolver says optimal; certified: proven."
+    "tracking error: of the first task with a frame; excess: over position limits after the step, and over "
+    "velocity limits; closed form: largest distance to the closed-form answer of the same problem, over the "
+    "ticks at which no limit is active; path: largest distance to the path of {reference}; KKT residual: the "
+    "answer is proven up to 1e-8; claimed, proven: share of the ticks at which the resolver says that it has "
+    "the optimum, and at which the certificate proves it; p50, p99: median and 99th percentile."
 )
 
 _ENDLESS = 1000
 _KINDS = ("limit", "rank", "damping", "accuracy")
 _CAUSES = (
-    "share of the ticks at which limits that bind, a rank that may go either way, damping or the solver's "
-    "accuracy keep the answer apart from the undamped closed form; accurate: x is as near to its active set "
-    "solved again as was asked for, whatever the claim; worst error: largest distance to that, relative to x."
+    "Share of the ticks at which the answer differs from the undamped closed form because of active limits, "
+    "a rank that could be decided either way, damping, or the accuracy of the solver. accurate: share of the "
+    "ticks at which x is as near to its active set solved again as was asked for. worst error: largest "
+    "distance to that, relative to x."
 )
 
 
 def terminal() -> Console:
-    """Where tables go: as wide as the terminal, 120 columns in a file or pipe."""
+    """Make the console for tables.
+
+    Returns:
+        A console as wide as the terminal, or of 120 columns where the output goes to a file or pipe.
+    """
     console = Console()
     return console if console.is_terminal or "COLUMNS" in environ else Console(width=120)
 
 
 def wide_table(summaries: Sequence[Summary], title: str) -> Table:
-    """One row a resolver."""
-    out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    """Make a table with one row for each resolver.
+
+    Args:
+        summaries: One for each resolver.
+        title: Title of the table.
+
+    Returns:
+        The table.
+    """
+    out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=0)
     out.add_column("resolver", no_wrap=True)
     figures = [figure for figure in _figures(summaries) if figure.heading]
     for figure in figures:
@@ -83,22 +119,40 @@ def wide_table(summaries: Sequence[Summary], title: str) -> Table:
     return out
 
 
-def tall_table(summaries: Sequence[Summary], title: str) -> Table:
-    """One column a resolver, for one alone or a narrow terminal."""
+def tall_table(summaries: Sequence[Summary], title: str, reference: str) -> Table:
+    """Make a table with one column for each resolver, for a single resolver or a narrow terminal.
+
+    Args:
+        summaries: One for each resolver.
+        title: Title of the table.
+        reference: Name of the resolver with whose path the others are compared.
+
+    Returns:
+        The table.
+    """
     out = Table(title=title, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("")
     for summary in summaries:
         out.add_column(summary.resolver, justify="right", no_wrap=True)
     for figure in _figures(summaries):
-        out.add_row(Text(figure.label), *(figure.cell(summary) for summary in summaries))
+        out.add_row(
+            Text(figure.label.format(reference=reference)), *(figure.cell(summary) for summary in summaries)
+        )
     return out
 
 
 def cause_table(summaries: Sequence[Summary]) -> Table:
-    """How often each resolver was apart from its closed form, and why; how accurate it was."""
+    """Make a table of how often, and why, each resolver differs from its closed form.
+
+    Args:
+        summaries: One for each resolver.
+
+    Returns:
+        One row for each resolver; two more columns say how accurate its answers are.
+    """
     out = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    out.add_column("apart from the closed form by", no_wrap=True)
-    for heading in ("limits", "rank", "damping", "solver", "accurate", "worst error"):
+    out.add_column("differs from the closed form by", no_wrap=True)
+    for heading in ("limits", "rank", "damping", "accuracy", "accurate", "worst error"):
         out.add_column(heading, justify="right", no_wrap=True)
     for summary in summaries:
         counts = (_share(summary.causes[kind], summary.ticks) for kind in _KINDS)
@@ -111,7 +165,14 @@ def cause_table(summaries: Sequence[Summary]) -> Table:
 
 
 def show(summaries: Iterable[Summary], console: Console, reference: str, title: str = "") -> None:
-    """Print the table, what its columns mean, what bound most, and who stopped early."""
+    """Print the figures of a run or of a comparison, and what they mean.
+
+    Args:
+        summaries: One for each resolver.
+        console: Where to print.
+        reference: Name of the resolver with whose path the others are compared.
+        title: Title of the table.
+    """
     summaries = list(summaries)
     wide = wide_table(summaries, title)
     room = console.options.update(max_width=_ENDLESS)  # else the table would be cut to what there is
@@ -119,30 +180,37 @@ def show(summaries: Iterable[Summary], console: Console, reference: str, title: 
         console.print(wide)
         console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
     else:
-        console.print(tall_table(summaries, title))
+        console.print(tall_table(summaries, title, reference))
     if any(summary.causes or summary.accurate < summary.judged for summary in summaries):
         console.print(cause_table(summaries))
         console.print(_CAUSES, style="dim", highlight=False, markup=False)
-    held: dict[str, list[str]] = {}
-    for summary in summaries:
-        if summary.active:
-            held.setdefault(_most_bound(summary), []).append(summary.resolver)
-    for limits, names in held.items():
-        console.print(f"{', '.join(names)} held by: {limits} of the ticks", highlight=False, markup=False)
-    for summary in summaries:
-        for sentence in summary.continuity.sentences():
-            console.print(f"{summary.resolver}: {sentence}", highlight=False, markup=False)
+    for sentence in _sentences(summaries):
+        console.print(sentence, highlight=False, markup=False)
     for summary in summaries:
         if summary.stopped:
             console.print(f"stopped: {summary.stopped}", style="bold red", highlight=False, markup=False)
 
 
+def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
+    """Say which limits were active most, who needed a fallback, and how smoothly each resolver moved."""
+    active: dict[str, list[str]] = {}
+    for summary in summaries:
+        if summary.active:
+            active.setdefault(_most_active(summary), []).append(summary.resolver)
+    for limits, names in active.items():
+        yield f"{', '.join(names)}: active limits, share of the ticks: {limits}"
+    for summary in summaries:
+        if summary.fallbacks:
+            yield f"{summary.resolver}: a fallback answered {summary.fallbacks} of {summary.ticks} ticks"
+        yield from (f"{summary.resolver}: {sentence}" for sentence in summary.continuity.sentences())
+
+
 def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
-    """The figures, with the least distance of each limit that keeps any."""
+    """Return the figures, with the least distance of each limit that keeps distances."""
     limits = dict.fromkeys(limit for summary in summaries for limit in summary.least_distance)
     least = [
         Figure(
-            f"{limit[:8]}\nleast [m]",
+            f"least\n{limit[:8]}\n[m]",
             f"least distance, {limit} [m]",
             lambda t, limit=limit: _signed(t.least_distance.get(limit, np.nan)),
         )
@@ -151,14 +219,18 @@ def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
     return (*_FIGURES[:4], *least, *_FIGURES[4:])
 
 
-def _most_bound(summary: Summary, count: int = 4) -> str:
-    """The names that were active most often, as shares of the ticks."""
+def _most_active(summary: Summary, count: int = 4) -> str:
+    """Return the names that were active most often, with their shares of the ticks."""
     most = summary.active.most_common(count)
     return ", ".join(f"{name} {_share(ticks, summary.ticks)}" for name, ticks in most)
 
 
 def show_inventory(console: Console) -> None:
-    """Robots, resolvers, solvers with the line that installs them, scenarios."""
+    """Print robots, solvers with the command that installs them, resolvers and scenarios.
+
+    Args:
+        console: Where to print.
+    """
     from taskopt.kinematics.robot import robot_names
     from taskopt.loop.scenario import scenario_files
     from taskopt.resolver.registry import resolver_names
@@ -184,19 +256,19 @@ def show_inventory(console: Console) -> None:
 
 
 def _number(value: float) -> str:
-    """Two digits; nothing where there is none, 0 for what is not over."""
+    """Return two digits; a dash for NaN, 0 for a limit that is not exceeded."""
     if np.isnan(value):
         return "–"
     return f"{value:.1e}" if value > 0.0 else "0"
 
 
 def _signed(distance: float) -> str:
-    """Three digits: a margin that is kept exactly is to be seen; < 0 is depth."""
+    """Return three digits, so that a margin that is kept exactly can be seen; < 0 is a penetration depth."""
     return "–" if np.isnan(distance) else f"{distance:.3g}"
 
 
 def _share(count: int, ticks: int) -> str:
-    """Per cent, rounded so that 100 % means all and 0 % none."""
+    """Return a share in per cent, rounded so that 100 % means all and 0 % none."""
     if ticks == 0:
         return "–"
     percent = 100.0 * count / ticks
@@ -207,8 +279,10 @@ def _share(count: int, ticks: int) -> str:
 
 
 def _rms(values: list[float]) -> float:
+    """Return the root mean square; NaN if there are no values."""
     return float(np.sqrt(np.mean(np.square(values)))) if values else np.nan
 
 
 def _microseconds(seconds: list[float], percentile: float) -> str:
+    """Return a percentile of times in µs; a dash if there are none."""
     return f"{1e6 * float(np.percentile(seconds, percentile)):.1f}" if seconds else "–"

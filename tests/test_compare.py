@@ -133,7 +133,7 @@ def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
     console = Console(width=120, record=True, file=StringIO())
     show(summaries.values(), console, comparison.reference)
     text = console.export_text()
-    assert "apart from the closed form by" in text
+    assert "differs from the closed form by" in text
     assert max(map(len, text.splitlines())) <= 120
 
 
@@ -175,7 +175,7 @@ def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> N
     words = shown(near, 120)
     assert "least distance, obstacle [m]" in words
     assert f"{min(own):.3g}" in words
-    assert "…" not in words.replace("… where", "")
+    assert "…" not in words.replace("…", "")
     assert "least" not in shown(compared(scenario(), resolver("active-set")), 120)
 
 

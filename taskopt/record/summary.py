@@ -105,6 +105,7 @@ class Summary:
         certificates: The largest KKT residual of each tick, (ticks,).
         claimed: The number of ticks at which the resolver claims an optimum.
         certified: The number of ticks at which the certificate proves an optimum.
+        fallbacks: The number of ticks that a fallback of the resolver answered.
         judged: The number of ticks whose active set could be solved again.
         accurate: The number of those ticks at which the answer has the accuracy that was asked for.
         error: The largest error in x against the active set solved again, relative to x.
@@ -127,6 +128,7 @@ class Summary:
     certificates: list[float] = field(default_factory=list)
     claimed: int = 0
     certified: int = 0
+    fallbacks: int = 0
     judged: int = 0
     accurate: int = 0
     error: float = 0.0
@@ -155,6 +157,7 @@ class Summary:
             self.tracking.append(tracking_error(step))
             self.continuity.add(step)
             self._add_review(step)
+            self.fallbacks += step.resolution.fallback is not None
             if step.nothing_binds:
                 self.closed_form_distances.append(step.closed_form_distance)
         if self.gauge.keeps_positions:
