@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="taskopt",
-    help="Resolve the redundancy of robots by optimisation: run task stacks, prove the answers, look at them.",
+    help="Resolve the redundancy of robots by optimisation: run stacks, prove answers, look at them.",
     epilog="An error is reported in one line; add --debug to see the traceback. Linear algebra runs on one "
     "thread, because more threads only add jitter at these sizes; set OPENBLAS_NUM_THREADS to change that.",
     add_completion=False,
@@ -96,7 +96,10 @@ class Output:
 def run(
     scenario: ScenarioFile,
     resolver: Annotated[
-        str, typer.Option("-r", "--resolver", help="Name of the resolver; `taskopt list` shows them.")
+        str,
+        typer.Option(
+            "-r", "--resolver", metavar="NAME", help="Name of the resolver; `taskopt list` shows them."
+        ),
     ] = "active-set",
     duration: Duration = None,
     live: Live = False,
@@ -113,7 +116,10 @@ def compare(
     resolvers: Annotated[
         list[str],
         typer.Option(
-            "-r", "--resolver", help="Name of a resolver, once for each; `taskopt list` shows them."
+            "-r",
+            "--resolver",
+            metavar="NAME",
+            help="Name of a resolver, once for each; `taskopt list` shows them.",
         ),
     ],
     duration: Duration = None,
@@ -132,7 +138,10 @@ def compare(
 def view(
     log: Annotated[
         Path | None,
-        typer.Argument(help="A recording, or a folder that has some; by default the newest recording."),
+        typer.Argument(
+            metavar="RECORDING",
+            help="A recording, or a folder that has some; by default the newest recording.",
+        ),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a picture (PNG) instead of opening a window.")
@@ -164,14 +173,20 @@ def accuracy(
     solvers: Annotated[
         list[str] | None,
         typer.Option(
-            "-s", "--solver", help="Name of a solver, once for each; by default all that are installed."
+            "-s",
+            "--solver",
+            metavar="NAME",
+            help="Name of a solver, once for each; by default all that are installed.",
         ),
     ] = None,
     family: Annotated[
-        str, typer.Option(help="How the solvers are used: hqp (level by level) or wqp (one weighted QP).")
+        str,
+        typer.Option(
+            metavar="NAME", help="How the solvers are used: hqp (level by level) or wqp (one weighted QP)."
+        ),
     ] = "hqp",
     trials: Annotated[
-        int, typer.Option(min=1, help="Number of problems for each singular value and damping.")
+        int, typer.Option(min=1, metavar="N", help="Number of problems for each singular value and damping.")
     ] = 20,
 ) -> None:
     """Measure how accurate each solver is near a singularity.
@@ -195,11 +210,16 @@ def accuracy(
 
 @bench.command()
 def fuzz(
-    ticks: Annotated[int, typer.Option(min=1, help="Number of ticks, shared by four robots.")] = 100_000,
+    ticks: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Number of ticks, shared by four robots.")
+    ] = 100_000,
     resolver: Annotated[
-        str, typer.Option("-r", "--resolver", help="Name of the resolver; `taskopt list` shows them.")
+        str,
+        typer.Option(
+            "-r", "--resolver", metavar="NAME", help="Name of the resolver; `taskopt list` shows them."
+        ),
     ] = "active-set",
-    seed: Annotated[int, typer.Option(help="Another seed draws other stacks.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other stacks.")] = 0,
     keep: Annotated[
         Path | None,
         typer.Option(
@@ -207,7 +227,10 @@ def fuzz(
         ),
     ] = None,
 ) -> None:
-    """Resolve random stacks; exit with 1 unless every answer is proven, or reported as failed."""
+    """Resolve random stacks and check every answer.
+
+    The exit code is 1 unless every answer is proven, or reported as failed.
+    """
     from rich.console import Console
     from rich.progress import track
 
@@ -228,8 +251,13 @@ def fuzz(
 
 
 @bench.command()
-def strictness(cases: Annotated[int, typer.Option(min=1, help="Number of cases.")] = 1000) -> None:
-    """Measure what strict levels are worth, beside weights and a projected cost."""
+def strictness(
+    cases: Annotated[int, typer.Option(min=1, metavar="N", help="Number of cases.")] = 1000,
+) -> None:
+    """Compare strict levels with weights.
+
+    The alternatives are a weighted cost and a projected cost for the second level.
+    """
     from taskopt.bench.strictness import measure, table
     from taskopt.report import terminal
 

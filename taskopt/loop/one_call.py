@@ -17,6 +17,9 @@ from taskopt.resolver.base import Resolver
 from taskopt.resolver.fallback import ActiveSetWithFallback, conclude
 from taskopt.resolver.tick_review import TickReview
 
+FLAWED = -1  # the rows or bounds of a tick hold NaN, or a bound that nothing can meet
+_SOLVED = int(Outcome.SOLVED)  # a plain integer: a comparison with a member of an Enum costs more
+
 
 class OneCall:
     """Fill the rows of a plan and resolve them by the active-set method, in one compiled call.
@@ -51,12 +54,12 @@ class OneCall:
         plan.aim(q, t)
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
         code, rounds = self._entry(*self._arguments, state, answer)
+        if code == _SOLVED:
+            return Resolution(plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
             self._entry = _fill_and_tick
-            code, rounds = self._entry(*self._arguments, state, answer)
-        if code == 0:
-            return Resolution(plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
-        if code < 0:
+            return self(q, t)
+        if code == FLAWED:
             plan.blame(t)
         resolution = packed(plan.hierarchy, answer, state, code, rounds)
         return resolution if resolution.claimed else self._conclude(resolution)
@@ -93,9 +96,9 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 def _fill_and_tick_fast(
     program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
 ):  # fmt: skip
-    """`fill_tick`, then `tick_fast`; code −1 where the rows are flawed."""
+    """`fill_tick`, then `tick_fast`; FLAWED where the rows are flawed."""
     if fill_tick(program, numbers, q, J, placements, buffer):
-        return np.int64(-1), np.int64(0)
+        return np.int64(FLAWED), np.int64(0)
     split = 3 + program[2] + 2
     offsets, columns = program[3:split], program[split : split + program[1]]
     return tick_fast(buffer, norm, offsets, columns, settings, history, state, answer)
@@ -105,9 +108,9 @@ def _fill_and_tick_fast(
 def _fill_and_tick(
     program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
 ):  # fmt: skip
-    """`fill_tick`, then `tick`; code −1 where the rows are flawed."""
+    """`fill_tick`, then `tick`; FLAWED where the rows are flawed."""
     if fill_tick(program, numbers, q, J, placements, buffer):
-        return np.int64(-1), np.int64(0)
+        return np.int64(FLAWED), np.int64(0)
     split = 3 + program[2] + 2
     offsets, columns = program[3:split], program[split : split + program[1]]
     return tick(buffer, norm, offsets, columns, settings, history, state, answer)
