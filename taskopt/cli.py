@@ -266,6 +266,19 @@ def strictness(
 
 
 @app.command()
+def warmup() -> None:
+    """Compile everything now, so that no run has to wait.
+
+    For images and robots. Compiled code is kept for later runs of this user. Without this command, each part
+    is compiled when it is first needed.
+    """
+    from taskopt.loop.warm_up import warm_up
+
+    warm_up()
+    typer.echo("everything is compiled")
+
+
+@app.command()
 def list() -> None:
     """List robots, solvers, resolvers and scenarios."""
     from taskopt.report import show_inventory, terminal

@@ -216,7 +216,8 @@ def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
         )
         for limit in limits
     ]
-    return (*_FIGURES[:4], *least, *_FIGURES[4:])
+    alone = len(summaries) == 1  # then there is no other path
+    return (*_FIGURES[:4], *least, *(f for f in _FIGURES[4:] if not (alone and f.heading.startswith("path"))))
 
 
 def _most_active(summary: Summary, count: int = 4) -> str:

@@ -112,7 +112,19 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [[], ["run"], ["compare"], ["view"], ["list"], ["bench"], ["bench", "accuracy"]]
+    "words",
+    [
+        [],
+        ["run"],
+        ["compare"],
+        ["view"],
+        ["warmup"],
+        ["list"],
+        ["bench"],
+        ["bench", "accuracy"],
+        ["bench", "fuzz"],
+        ["bench", "strictness"],
+    ],
 )
 def test_help_says_what_there_is(words: list[str], taskopt: Command) -> None:
     """--help answers for every command, and no sentence of it is cut off."""
@@ -131,6 +143,14 @@ def test_the_accuracy_benchmark_prints_a_table_with_and_without_bounds_that_bind
     assert "clarabel" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 120
     assert "no resolver named 'hqp/dapq'" in taskopt("bench", "accuracy", "-s", "dapq").refusal
+
+
+@pytest.mark.slow
+def test_warmup_compiles_everything_and_says_so(taskopt: Command) -> None:
+    """It ends well, also where everything is compiled already."""
+    done = taskopt("warmup")
+    assert done.code == 0, done.stderr
+    assert "everything is compiled" in done.stdout
 
 
 def test_help_does_not_wait_for_the_libraries() -> None:

@@ -83,7 +83,10 @@ class Loop:
         q = self.plan.robot.checked_q(q)
         self.plan.start(q, t)
         self.forget()
-        self._answer(q, t)
+        if self._one_call is None:
+            self._answer(q, t)
+        else:
+            self._one_call.compile(q, t)
         self.forget()
 
     def tick(self, q: Array, t: float) -> Resolution:

@@ -64,6 +64,20 @@ class OneCall:
         resolution = packed(plan.hierarchy, answer, state, code, rounds)
         return resolution if resolution.claimed else self._conclude(resolution)
 
+    def compile(self, q: Array, t: float) -> None:
+        """Compile the fast path and the search, so that no later tick has to wait for the compiler.
+
+        Args:
+            q: Posture, (nq,) [rad, m].
+            t: Time [s].
+        """
+        first = self._entry
+        self._entry = _fill_and_tick
+        self(q, t)
+        self._entry = first
+        self(q, t)
+        self._entry = first  # a refusal by the fast path has changed it
+
     def forget(self) -> None:
         """Let the next tick start without a warm start."""
         self._history[:] = 0

@@ -132,6 +132,17 @@ class _Claims:
         return np.zeros(hierarchy.n)
 
 
+def test_a_start_does_not_change_what_follows() -> None:
+    """Compiling the fast path and the search at the start leaves no memory behind."""
+    q = np.array([0.3, -0.2, 0.4])
+    started, plain = Controller(ARM, STACK), Controller(ARM, STACK)
+    started.start(q)
+    for k in range(5):
+        one, other = started.step(q, 1e-3 * k), plain.step(q, 1e-3 * k)
+        np.testing.assert_array_equal(one.answer, other.answer)
+        np.testing.assert_array_equal(one.state, other.state)
+
+
 @pytest.mark.parametrize("dt", [0.0, -1e-3, np.nan])
 def test_a_step_must_take_time(dt: float) -> None:
     """dt ≤ 0 is refused when the controller is made."""
