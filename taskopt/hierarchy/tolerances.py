@@ -268,3 +268,92 @@ SEARCH_MOVED_PERTURBED = 1e-11
 Smaller: as for SEARCH_MOVED. Larger: steps between perturbed bounds, of about SEARCH_PERTURBATION, count as
 none.
 """
+
+# --- Poses, directions, targets -----------------------------------------------------------------------
+
+ROTATION = 1e-6
+"""Largest entry of RᵀR − I for which R counts as a rotation matrix.
+
+Smaller: matrices from files and from single-precision software are refused. Larger: a sheared frame passes,
+and errors of poses are wrong by that much.
+"""
+
+LAST_ROW = 1e-9
+"""Largest deviation of the last row of a pose from 0 0 0 1.
+
+Smaller: products of many poses may be refused for their rounding. Larger: a transposed or scaled matrix with
+a small translation passes for a pose.
+"""
+
+UNIT_NORM = 1e-6
+"""How far the norm of a quaternion, or of (cos, sin), in q may be from 1; what passes is normalised.
+
+Smaller: configurations printed with seven digits are refused. Larger: a q in another convention may pass.
+"""
+
+NO_ANGLE = 1e-8
+"""Norm of a quaternion's vector part below which the angle over its sine is taken to be 1 exactly.
+
+There the quotient is 1 to the last bit. Smaller: 0/0 near the identity. Larger: logarithms of small rotations
+lose digits from (angle)² of this size on.
+"""
+
+SERIES_BELOW = 0.5
+"""[rad] Angle below which the maps of SO(3) and SE(3) are summed as power series.
+
+Smaller: differences such as 1 − α cancel, and digits are lost. Larger: the series, cut off after a fixed
+number of terms, is no longer exact to the last bit.
+"""
+
+NO_DIRECTION = 1e-9
+"""[m] Length below which a vector has no direction, so that a normal or an axis is refused.
+
+Smaller: the direction of rounding errors is accepted. Larger: short but meant vectors are refused.
+"""
+
+RIGHT_ANGLE = 1e-6
+"""Largest cosine between two directions that must be at right angles.
+
+Smaller: directions given with six digits are refused. Larger: a circle visibly becomes an ellipse.
+"""
+
+AT_THE_END = 1e-9
+"""[s] A path counts as ended from this long before its end, because i·dt may fall short of it by rounding.
+
+Smaller: the sample at the end keeps its rate, and the open loop stays off by one step. Larger: only matters
+for periods near that size.
+"""
+
+JOINT_RANGE = 1e-9
+"""[rad, m] How far a joint may be outside its position limits and count as inside.
+
+Smaller: rounding after a step that ends at the limit is reported. Larger: real violations go unreported.
+"""
+
+# --- Distances between solids -------------------------------------------------------------------------
+
+COAL = 1e-12
+"""Tolerance that Coal's iterations for distance and depth are asked for.
+
+Smaller: they end at their limit of iterations more often. Larger: at Coal's own 1e-6, gradients of distances
+between convex hulls are off by 5 %.
+"""
+
+COAL_RETRY = 1e-9
+"""Tolerance for measuring a pair again for which Coal said NaN, or that solids far apart touch.
+
+Distances are good to it even so. Smaller: the second try may run into the same rounding. Larger: a distance
+that is visibly less exact than its neighbours in time.
+"""
+
+NO_SLOPE = 1e-13
+"""[m/rad, 1] Entry of a distance gradient below which it is set to zero, as for a wheel beside its own axle.
+
+Smaller: rounding becomes a row that binds a joint without effect. Larger: real slopes of far joints vanish.
+"""
+
+SAME_POINT = 1e-8
+"""[m] Distance below which both ends of a piece of a link are one point, so that it gets no capsule.
+
+Smaller: links get capsules of no length. Larger: short pieces of links are missing from distances.
+"""

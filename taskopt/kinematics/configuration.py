@@ -1,10 +1,18 @@
-"""A robot at q: forward kinematics, Jacobians and their derivatives, computed once per update."""
+"""A robot at q: forward kinematics, Jacobians and their derivatives, computed once per update.
+
+The kernels at the end lead from Pinocchio's joint Jacobians to those of a frame. Kernels of tasks call them
+on every tick, since they allocate nothing. Their arrays are
+
+    joint_jacobians    (6, nv) spatial twist of the world's origin for each velocity: linear, then angular
+    pose               (4, 4) of the frame in the world, translation in [m]
+    columns            (k,) the columns of the Jacobian that move the frame
+"""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -12,15 +20,20 @@ import pinocchio as pin
 from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue, NotInstalled
 from taskopt.jit import kernel
+from taskopt.kinematics.engine import Data
 from taskopt.kinematics.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)
 class FrameView:
-    """Where a frame stands in the memory of a configuration: what a kernel needs to place it.
+    """Views into the memory of a configuration, from which a kernel computes where a frame is.
 
-    The rotation (3, 3) and translation (3,) of its joint change with every update; the frame's
-    placement (4, 4) in the joint and the columns of J that move it do not. `memory` owns what is viewed.
+    Attributes:
+        joint_rotation: (3, 3) of the frame's joint in the world; changes with every update.
+        joint_translation: (3,) [m] of the frame's joint in the world; changes with every update.
+        placement: (4, 4) pose of the frame in its joint, constant.
+        columns: (k,) columns of the Jacobian that move the frame, constant.
+        memory: the object that owns the memory of the views, kept alive by this reference.
     """
 
     joint_rotation: Array
@@ -31,32 +44,66 @@ class FrameView:
 
 
 class Configuration:
-    """A robot at q (nq,), with the joint Jacobians and joint poses that belong to it.
+    """A robot at q, with the joint poses and joint Jacobians that belong to it.
 
-    `update` moves it in place and allocates nothing, which is the way of a control loop. Raises
-    `InvalidValue` for a q of the wrong size, with NaN, or with a quaternion that is not of norm 1.
+    `update` moves it in place and allocates nothing, so a control loop keeps one configuration.
+
+    Attributes:
+        robot: the robot.
+        q: (nq,) [rad, m], overwritten by `update`.
+        joint_jacobians: (6, nv), a view of Pinocchio's memory: for each velocity the spatial twist at the
+            origin of the world, linear then angular, along the axes of the world.
+        joint_placements: (joints + 1, 12), a view of Pinocchio's memory: pose of each joint in the world, the
+            rotation column by column and then the translation [m]; the world itself comes first.
     """
 
     def __init__(self, robot: Robot, q: ArrayLike) -> None:
+        """Place a robot at q.
+
+        Args:
+            robot: the robot.
+            q: (nq,) [rad, m].
+
+        Raises:
+            InvalidValue: q has the wrong size, a number that is not finite, or a quaternion that is not of
+                norm 1.
+        """
         self.robot = robot
         self.q: Array = robot.checked_q(q)
         self._shape = self.q.shape
         self._model, self._data = robot.model, robot.model.createData()
         self._views: dict[str, FrameView] = {}
-        # (6, nv), Fortran order, Pinocchio's own memory; for nv = 1 its array has lost the second axis.
+        # Pinocchio's array is in Fortran order, and for nv = 1 it has lost its second axis.
         self.joint_jacobians: Array = self._data.J.reshape((6, robot.nv), order="F")
-        self.joint_placements: Array = _placements(self._data)  # (joints + 1, 12), likewise
+        self.joint_placements: Array = _placements(self._data)
         self.update(self.q)
 
     def update(self, q: Array) -> None:
-        """Move to q; only its size is checked."""
+        """Move the robot to q, in place.
+
+        Args:
+            q: (nq,) [rad, m]. Only its size is checked, since this is called on every tick.
+
+        Raises:
+            InvalidValue: q has the wrong size.
+        """
         if q.shape != self._shape:
             raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
         self.q[...] = q
         pin.computeJointJacobians(self._model, self._data, self.q)
 
     def frame(self, name: str) -> FrameView:
-        """Views for kernels, valid as long as this configuration; raise `UnknownName`."""
+        """Return the views of a frame that kernels need.
+
+        Args:
+            name: the frame.
+
+        Returns:
+            Views that follow every `update`.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+        """
         if name not in self._views:
             frame = self._model.frames[self.robot.frame_id(name)]
             joint = self._data.oMi[frame.parentJoint]
@@ -70,24 +117,48 @@ class Configuration:
         return self._views[name]
 
     def pose(self, frame: str) -> Array:
-        """Pose (4, 4) of a frame in the world; raise `UnknownName`."""
+        """Compute the pose of a frame.
+
+        Args:
+            frame: name of the frame.
+
+        Returns:
+            (4, 4) pose in the world, translation in [m]; a new array.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+
+        Source: (3.1).
+        """
         view, out = self.frame(frame), np.empty((4, 4))
         frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, out)
         return out
 
     @property
-    def data(self) -> Any:
-        """Pinocchio's own memory (pin.Data), joints placed at q."""
+    def data(self) -> Data:
+        """Pinocchio's own memory (`pin.Data`), with the joints placed at q."""
         return self._data
 
     def joint_poses(self) -> Array:
-        """Poses (joints + 1, 4, 4) of all joints in the world, the world itself first."""
+        """Return the poses (joints + 1, 4, 4) of all joints in the world [m], with the world itself first."""
         return np.array([placement.homogeneous for placement in self._data.oMi])
 
     def jacobian(self, frame: str, expressed: Literal["world", "own"] = "world") -> Array:
-        """Geometric Jacobian (6, nv) (3.5): linear velocity of the frame's origin, then angular.
+        """Compute the geometric Jacobian of a frame, which maps v (nv,) to its velocity.
 
-        In the axes of the world, or in the frame's own.
+        Args:
+            frame: name of the frame.
+            expressed: "world" for rows along the axes of the world, "own" for the axes of the frame.
+
+        Returns:
+            J (6, nv): linear velocity of the frame's origin [m/s per unit of v], then angular [rad/s per unit
+            of v]; a new array.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+            InvalidValue: `expressed` is another word.
+
+        Source: (3.5), and (3.31) for the columns.
         """
         if expressed not in ("world", "own"):
             raise InvalidValue(f"expressed must be 'world' or 'own', got {expressed!r}")
@@ -98,22 +169,38 @@ class Configuration:
         return out
 
     def centre_of_mass(self) -> tuple[Array, Array]:
-        """Centre of mass (3,) [m] in the world, and its Jacobian (3, nv); both are copies."""
+        """Compute the centre of mass and its Jacobian.
+
+        Returns:
+            The centre of mass (3,) [m] in the world, and its Jacobian (3, nv) along the axes of the world;
+            both are new arrays.
+        """
         J = pin.jacobianCenterOfMass(self._model, self._data, False)
         return self._data.com[0].copy(), np.array(J).reshape((3, self.robot.nv), order="F")
 
     def hessian(self, frame: str) -> Array:
-        """(6, nv, nv): entry [:, j, k] is the derivative of column j of the world-axes Jacobian along q_k."""
+        """Compute the derivative of a frame's Jacobian along the axes of the world.
+
+        Args:
+            frame: name of the frame.
+
+        Returns:
+            (6, nv, nv) array; its entry [:, j, k] is ∂J[:, j]/∂q_k, with q_k along the tangent.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+        """
         nv = self.robot.nv
         out = np.empty((6, nv, nv))
         frame_hessian_into(self.jacobian(frame), self.frame(frame).columns, self.robot.column_joint, out)
         return out
 
 
-def _placements(data: Any) -> Array:
-    """All joint poses as they stand in memory: rotation by columns, then translation, the world first.
+def _placements(data: Data) -> Array:
+    """View the poses of all joints as one array (joints + 1, 12), as they stand in Pinocchio's memory.
 
-    One array for all joints is what a kernel can take; Pinocchio only hands them out one by one.
+    A kernel can take one array for all joints, while Pinocchio hands them out one by one. Raises
+    `NotInstalled` if this build of Pinocchio lays them out otherwise.
     """
     first = data.oMi[0].rotation.T.reshape(9)
     view = np.lib.stride_tricks.as_strided(first, (len(data.oMi), 12), (12 * first.itemsize, first.itemsize))
@@ -127,12 +214,20 @@ def _placements(data: Any) -> Array:
 
 
 def _address(array: Array) -> int:
+    """Return where the numbers of an array stand in memory."""
     return array.__array_interface__["data"][0]
 
 
 @kernel
 def frame_pose_into(joint_rotation, joint_translation, placement, out):
-    """Pose (4, 4) of a frame that stands at `placement` in its joint."""
+    """Compute the pose of a frame from that of its joint.
+
+    Args:
+        joint_rotation: (3, 3) of the joint in the world.
+        joint_translation: (3,) [m] of the joint in the world.
+        placement: (4, 4) pose of the frame in the joint.
+        out: (4, 4) receives the pose of the frame in the world.
+    """
     for i in range(3):
         r0, r1, r2 = joint_rotation[i, 0], joint_rotation[i, 1], joint_rotation[i, 2]
         for j in range(4):
@@ -144,7 +239,16 @@ def frame_pose_into(joint_rotation, joint_translation, placement, out):
 
 @kernel
 def frame_jacobian_into(joint_jacobians, pose, columns, out):
-    """Jacobian (6, nv) of a frame: ṗ = v + ω × p for each of its columns, zero elsewhere."""
+    """Compute the Jacobian of a frame along the axes of the world: ṗ = v + ω × p for each of its columns.
+
+    Args:
+        joint_jacobians: (6, nv) joint Jacobians at the origin of the world.
+        pose: (4, 4) pose of the frame in the world, p its translation [m].
+        columns: (k,) columns that move the frame.
+        out: (6, nv) receives the Jacobian; all other columns become zero.
+
+    Source: (3.5).
+    """
     px, py, pz = pose[0, 3], pose[1, 3], pose[2, 3]
     out[:] = 0.0
     for c in columns:
@@ -157,10 +261,17 @@ def frame_jacobian_into(joint_jacobians, pose, columns, out):
 
 @kernel
 def frame_hessian_into(jacobian, columns, column_joint, out):
-    """out[:, j, k] = ∂J[:, j]/∂q_k (6, nv, nv) of a world-axes Jacobian, q_k along the tangent.
+    """Compute ∂J[:, j]/∂q_k of a Jacobian along the axes of the world, with q_k along the tangent.
 
-    A joint k at or before j turns the whole column, ω_k × (v_j, ω_j). One behind j only moves the
-    frame's origin, ω_j × v_k. Joint axes must be constant in their own frame, as all of URDF's are.
+    A joint k at or before j turns the whole column: ω_k × (v_j, ω_j). A joint behind j only moves the
+    frame's origin: ω_j × v_k. This holds for joint axes that are constant in their own frame, as all of
+    URDF's are.
+
+    Args:
+        jacobian: (6, nv) Jacobian of the frame, as `frame_jacobian_into` writes it.
+        columns: (k,) columns that move the frame.
+        column_joint: (nv,) index of the joint of each column, see `Robot.column_joint`.
+        out: (6, nv, nv) receives the derivative at [:, j, k].
     """
     out[:] = 0.0
     for j in columns:

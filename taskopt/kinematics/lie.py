@@ -1,22 +1,30 @@
-"""Kernels of SO(3) and SE(3): logarithm, exponential, and their rates, into arrays given.
+"""Compiled kernels of SO(3) and SE(3): logarithm, exponential, and their derivatives.
 
-Conventions are those of `taskopt.kinematics.pose`. With θ = ‖ω‖ all maps are built from scalars that are even
-in θ: α = (θ/2) cot(θ/2), β = (1 − α)/θ² and γ = β'(θ)/θ. Solà, Deray and Atchuthan (2018),
-arXiv:1812.01537. Nothing is allocated, so task kernels may call these on every tick.
+Conventions are those of `taskopt.kinematics.pose`: linear part [m] first, then angular [rad], both in the
+body frame. With θ = ‖ω‖ all maps are built from three scalars that are even functions of θ:
+α = (θ/2) cot(θ/2), β = (1 − α)/θ² and γ = β'(θ)/θ. Results are written into the array `out`, and nothing
+is allocated, so kernels of tasks may call these on every tick. In their arguments
+
+    R    (3, 3) rotation matrix; a pose (4, 4) may stand in its place
+    T    (4, 4) pose, translation in [m]
+    ω    (3,) rotation vector [rad], as wx, wy, wz where the numbers come one by one
+
+Source: Solà, Deray and Atchuthan (2018), arXiv:1812.01537, appendices B (SO(3)) and D (SE(3)).
 """
 
 import math
 
+from taskopt.hierarchy.tolerances import NO_ANGLE, SERIES_BELOW
 from taskopt.jit import kernel
-
-_SERIES_BELOW = 0.5  # [rad] below it differences like 1 − α cancel; the series is exact to the last bit
 
 
 @kernel
 def _quaternion(R):
-    """(w, x, y, z) with w ≥ 0; built from the largest of the four, so that no digit is lost at 0 or π.
+    """Compute the unit quaternion (w, x, y, z) of R, with w ≥ 0.
 
-    Shepperd (1978), J. Guidance and Control 1(3).
+    It is built from the largest of its four components, so that no digit is lost near angles of 0 and π.
+
+    Source: Shepperd (1978), J. Guidance and Control 1(3).
     """
     a, b, c = R[0, 0], R[1, 1], R[2, 2]
     trace = a + b + c
@@ -34,16 +42,19 @@ def _quaternion(R):
 
 @kernel
 def _log_terms(R):
-    """ω, α, β, γ of a rotation; at θ = π exactly, the axis has its largest component positive."""
+    """Compute ω, α, β and γ of a rotation.
+
+    Where θ is exactly π, both ω and −ω are logarithms; the one with its largest component positive is chosen.
+    """
     w, x, y, z = _quaternion(R)
     s2 = x * x + y * y + z * z
     s = math.sqrt(s2)
-    if s < 1e-8:  # θ/s = 2 to the last bit; s = 0 must not divide
+    if s < NO_ANGLE:  # θ/s = 2 to the last bit, and s = 0 must not divide
         return 2.0 * x, 2.0 * y, 2.0 * z, 1.0, 1.0 / 12.0, 1.0 / 360.0
     theta = 2.0 * math.atan2(s, w)
     t2 = theta * theta
     scale = theta / s
-    if theta < _SERIES_BELOW:
+    if theta < SERIES_BELOW:
         beta, gamma = _beta_series(t2), _gamma_series(t2)
         alpha = 1.0 - t2 * beta
     else:
@@ -55,7 +66,7 @@ def _log_terms(R):
 
 @kernel
 def _beta_series(t2):
-    """Σ |B₂ₖ| θ²ᵏ⁻² / (2k)! with the Bernoulli numbers B₂ₖ."""
+    """Compute β = Σ |B₂ₖ| θ²ᵏ⁻² / (2k)! over k ≥ 1, with the Bernoulli numbers B₂ₖ, from t2 = θ²."""
     s = 1.0 / 74724249600.0
     s = s * t2 + 691.0 / 1307674368000.0
     s = s * t2 + 1.0 / 47900160.0
@@ -67,7 +78,7 @@ def _beta_series(t2):
 
 @kernel
 def _gamma_series(t2):
-    """The series of β, differentiated and divided by θ."""
+    """Compute γ from t2 = θ²: the series of β, differentiated and divided by θ."""
     s = 12.0 / 74724249600.0
     s = s * t2 + 6910.0 / 1307674368000.0
     s = s * t2 + 8.0 / 47900160.0
@@ -78,19 +89,34 @@ def _gamma_series(t2):
 
 @kernel
 def log3_into(R, out):
-    """Rotation vector [rad] of R, angle in [0, π]."""
+    """Compute the rotation vector of a rotation, R = exp3(ω), with angle in [0, π].
+
+    Args:
+        R: (3, 3) rotation matrix.
+        out: (3,) receives ω [rad].
+
+    Source: Solà et al. (2018), appendix B, logarithm of SO(3).
+    """
     out[0], out[1], out[2], _, _, _ = _log_terms(R)
 
 
 @kernel
 def log6_into(T, out):
-    """Twist ξ = (v, ω) with T = exp6(ξ): ω = log3(R) and v = α p − ½ ω×p + β (ωᵀp) ω."""
+    """Compute the body twist ξ = (v, ω) of a pose, T = exp6(ξ): ω = log3(R), v = α p − ½ ω×p + β (ωᵀp) ω.
+
+    Args:
+        T: (4, 4) pose with rotation R and translation p [m].
+        out: (6,) receives ξ, v [m] then ω [rad], in the body frame.
+
+    Source: Solà et al. (2018), appendix D, logarithm of SE(3), with V⁻¹ written out.
+    """
     wx, wy, wz, alpha, beta, _ = _log_terms(T)
     _log_of_terms(T, wx, wy, wz, alpha, beta, out)
 
 
 @kernel
 def _log_of_terms(T, wx, wy, wz, alpha, beta, out):
+    """Write the logarithm of a pose into `out` (6,), from what `_log_terms` returned for it."""
     px, py, pz = T[0, 3], T[1, 3], T[2, 3]
     along = beta * (wx * px + wy * py + wz * pz)
     out[0] = alpha * px - 0.5 * (wy * pz - wz * py) + along * wx
@@ -101,7 +127,7 @@ def _log_of_terms(T, wx, wy, wz, alpha, beta, out):
 
 @kernel
 def _jlog3_of_terms(wx, wy, wz, alpha, beta, out):
-    """α I + ½ [ω]× + β ω ωᵀ, into the upper left of `out`."""
+    """Write α I + ½ [ω]× + β ω ωᵀ, the inverse right Jacobian of SO(3), into the upper left of `out`."""
     out[0, 0], out[1, 1], out[2, 2] = alpha + beta * wx * wx, alpha + beta * wy * wy, alpha + beta * wz * wz
     xy, xz, yz = beta * wx * wy, beta * wx * wz, beta * wy * wz
     hx, hy, hz = 0.5 * wx, 0.5 * wy, 0.5 * wz
@@ -112,14 +138,25 @@ def _jlog3_of_terms(wx, wy, wz, alpha, beta, out):
 
 @kernel
 def jlog3_into(R, out):
-    """Right Jacobian inverse (3, 3): log3(R exp3(δ)) ≈ log3(R) + jlog3(R) δ."""
+    """Compute the inverse of the right Jacobian of SO(3): log3(R exp3(δ)) ≈ log3(R) + jlog3(R) δ.
+
+    Args:
+        R: (3, 3) rotation matrix.
+        out: (3, 3) receives the matrix; of a larger array, the upper left part.
+
+    Source: Solà et al. (2018), appendix B, inverse of the right Jacobian.
+    """
     wx, wy, wz, alpha, beta, _ = _log_terms(R)
     _jlog3_of_terms(wx, wy, wz, alpha, beta, out)
 
 
 @kernel
 def _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out):
-    """[[A, C A], [0, A]] with A = jlog3(R) and C the derivative of α p − ½ ω×p + β (ωᵀp) ω along R."""
+    """Write [[A, C A], [0, A]], the inverse right Jacobian of SE(3), into `out` (6, 6).
+
+    A is jlog3(R), and C the derivative of v = α p − ½ ω×p + β (ωᵀp) ω along ω. The scalars are those that
+    `_log_terms` returned for the pose.
+    """
     _jlog3_of_terms(wx, wy, wz, alpha, beta, out)
     w, p = (wx, wy, wz), (T[0, 3], T[1, 3], T[2, 3])
     dot = wx * p[0] + wy * p[1] + wz * p[2]
@@ -142,14 +179,29 @@ def _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out):
 
 @kernel
 def jlog6_into(T, out):
-    """Right Jacobian inverse (6, 6): log6(T exp6(δ)) ≈ log6(T) + jlog6(T) δ."""
+    """Compute the inverse of the right Jacobian of SE(3): log6(T exp6(δ)) ≈ log6(T) + jlog6(T) δ.
+
+    Args:
+        T: (4, 4) pose.
+        out: (6, 6) receives the matrix, for body twists (linear [m], angular [rad]).
+
+    Source: Solà et al. (2018), appendix D, inverse of the right Jacobian.
+    """
     wx, wy, wz, alpha, beta, gamma = _log_terms(T)
     _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out)
 
 
 @kernel
 def log6_jlog6_into(T, log, jlog):
-    """`log6_into` and `jlog6_into` at once, at half the price."""
+    """Compute logarithm and inverse right Jacobian of a pose at once, at half the cost of two calls.
+
+    Args:
+        T: (4, 4) pose.
+        log: (6,) receives what `log6_into` computes.
+        jlog: (6, 6) receives what `jlog6_into` computes.
+
+    Source: Solà et al. (2018), appendix D.
+    """
     wx, wy, wz, alpha, beta, gamma = _log_terms(T)
     _log_of_terms(T, wx, wy, wz, alpha, beta, log)
     _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, jlog)
@@ -157,9 +209,9 @@ def log6_jlog6_into(T, log, jlog):
 
 @kernel
 def _exp_terms(theta):
-    """(sin θ)/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³."""
+    """Compute (sin θ)/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³ of an angle θ ≥ 0 [rad]."""
     t2 = theta * theta
-    if theta > _SERIES_BELOW:
+    if theta > SERIES_BELOW:
         half = math.sin(0.5 * theta)
         s = math.sin(theta) / theta
         return s, 2.0 * half * half / t2, (1.0 - s) / t2
@@ -174,7 +226,14 @@ def _exp_terms(theta):
 
 @kernel
 def exp3_into(omega, out):
-    """Rotation about the vector omega by its length [rad] (Rodrigues), into the upper left of `out`."""
+    """Compute the rotation matrix of a rotation vector (Rodrigues' formula).
+
+    Args:
+        omega: (3,) [rad], axis times angle.
+        out: (3, 3) receives the rotation; of a larger array, the upper left part.
+
+    Source: Solà et al. (2018), appendix B, exponential of SO(3).
+    """
     x, y, z = omega[0], omega[1], omega[2]
     a, b, _ = _exp_terms(math.sqrt(x * x + y * y + z * z))
     xx, yy, zz = b * x * x, b * y * y, b * z * z
@@ -186,7 +245,14 @@ def exp3_into(omega, out):
 
 @kernel
 def exp6_into(twist, out):
-    """Pose reached from the identity by the constant body twist (v, ω) in unit time."""
+    """Compute the pose that a constant body twist reaches from the identity in unit time.
+
+    Args:
+        twist: (6,), linear [m] then angular [rad], in the body frame.
+        out: (4, 4) receives the pose.
+
+    Source: Solà et al. (2018), appendix D, exponential of SE(3), with V written out.
+    """
     exp3_into(twist[3:], out)
     vx, vy, vz, x, y, z = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]
     a, b, c = _exp_terms(math.sqrt(x * x + y * y + z * z))
@@ -200,7 +266,13 @@ def exp6_into(twist, out):
 
 @kernel
 def relative_into(A, B, out):
-    """A⁻¹ B, the pose of B seen from A; `out` must be neither of them."""
+    """Compute A⁻¹ B, the pose of the frame B seen from the frame A.
+
+    Args:
+        A: (4, 4) pose in the world.
+        B: (4, 4) pose in the world.
+        out: (4, 4) receives the pose; must be neither A nor B.
+    """
     for i in range(3):
         for j in range(3):
             out[i, j] = A[0, i] * B[0, j] + A[1, i] * B[1, j] + A[2, i] * B[2, j]

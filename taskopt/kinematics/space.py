@@ -1,16 +1,17 @@
-"""Where the values of a reference live: poses of a frame, and postures of a robot.
+"""Spaces in which targets live: poses of a frame, and postures of a robot.
 
-A space turns what a user writes into one kind of array, and knows the two operations that a path
-needs: `difference(a, b)`, the tangent vector that leads from a to b in unit time, and
-`move(a, delta, out)`, its inverse. References are written once upon these.
+A space turns what a user writes into one kind of array, and has the two operations that a path needs:
+`difference(a, b)`, the constant rate that leads from a to b in unit time, and `move(a, delta, out)`, its
+inverse. Targets are written once upon these. `chosen_rows` reads the choice of rows in a task.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+from typing_extensions import TypeAliasType
 
-from taskopt.arrays import Array, IntArray, finite
+from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.jit import kernel
 from taskopt.kinematics.lie import exp3_into, log3_into
@@ -19,55 +20,148 @@ from taskopt.kinematics.robot import Robot
 
 ROW_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 ROW_UNITS = ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
-_FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 SCALAR, CIRCLE, OTHER = 0, 1, -1  # kinds of coordinate: one number; (cos, sin); part of a larger joint
+
+_FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
+
+
+@runtime_checkable
+class Homogeneous(Protocol):
+    """A pose object that has its homogeneous matrix, such as `pin.SE3`."""
+
+    @property
+    def homogeneous(self) -> Array:
+        """The pose (4, 4), translation in [m]."""
+        ...
+
+
+Value = TypeAliasType("Value", ArrayLike | Homogeneous | Mapping[str, float])
+"""What a user may write for a pose or a posture; each space says what it takes."""
+
+
+def plain(value: Value) -> ArrayLike | Mapping[str, float]:
+    """Replace a pose object by its homogeneous matrix.
+
+    Args:
+        value: an array, numbers, a mapping from joint to number, or an object such as `pin.SE3`.
+
+    Returns:
+        The matrix (4, 4) of a pose object; anything else as it is.
+    """
+    if isinstance(value, np.ndarray):  # first, because the check of a protocol is slow
+        return value
+    return value.homogeneous if isinstance(value, Homogeneous) else value
 
 
 class Space(Protocol):
-    """Values of one kind, with `tangent` numbers in a rate."""
+    """A space of values of one kind.
+
+    Attributes:
+        tangent: how many numbers a rate has.
+    """
 
     tangent: int
 
-    def convert(self, value: Any, start: Array) -> Array:
-        """`value` as an array of this space, checked; what it leaves open is taken from `start`."""
+    def convert(self, value: Value, start: Array) -> Array:
+        """Turn what a user wrote into a checked array of this space.
+
+        Args:
+            value: the value; the classes say which forms they take.
+            start: value at the start of the run, from which everything is taken that `value` leaves open.
+
+        Returns:
+            A new array.
+
+        Raises:
+            InvalidValue: the value is of no accepted form, or not finite.
+        """
         ...
 
-    def take(self, value: Any, start: Array, out: Array) -> None:
-        """`convert` into `out`, fast where the value is of the usual form; rows then check what it is."""
+    def take(self, value: Value, start: Array, out: Array) -> None:
+        """Write `convert(value, start)` into an array, without checks where the value has the usual form.
+
+        Args:
+            value: the value. If it has the usual form, the tick checks later that it is finite and a pose.
+            start: value at the start of the run.
+            out: receives the value.
+
+        Raises:
+            InvalidValue: the value is of no accepted form.
+        """
         ...
 
-    def convert_rate(self, rate: Any) -> Array:
-        """`rate` as a tangent vector (tangent,), checked."""
+    def convert_rate(self, rate: Value) -> Array:
+        """Turn what a user wrote as a rate into a checked tangent vector.
+
+        Args:
+            rate: the rate; the classes say which forms they take.
+
+        Returns:
+            (tangent,) new array.
+
+        Raises:
+            InvalidValue: the rate is of no accepted form, or not finite.
+        """
         ...
 
-    def take_rate(self, rate: Any, out: Array) -> None:
-        """`convert_rate` into `out`, fast where the rate is of the usual form; it may then have NaN."""
+    def take_rate(self, rate: Value, out: Array) -> None:
+        """Write `convert_rate(rate)` into an array, without checks where the rate has the usual form.
+
+        Args:
+            rate: the rate. If it has the usual form, the tick checks later that it is finite.
+            out: (tangent,) receives the rate.
+
+        Raises:
+            InvalidValue: the rate is of no accepted form.
+        """
         ...
 
     def difference(self, a: Array, b: Array) -> Array:
-        """The constant rate (tangent,) that leads from a to b in unit time."""
+        """Compute the constant rate that leads from one value to another in unit time.
+
+        Args:
+            a: value to begin at.
+            b: value to end at.
+
+        Returns:
+            (tangent,) new array.
+        """
         ...
 
     def move(self, a: Array, delta: Array, out: Array) -> None:
-        """Write into `out` where the constant rate `delta` leads from a in unit time."""
+        """Write where a constant rate leads in unit time.
+
+        Args:
+            a: value to begin at.
+            delta: (tangent,) rate.
+            out: receives the value at the end.
+        """
         ...
 
 
 class PoseSpace:
-    """Poses (4, 4) of a frame in the world; rates are (6,), linear of the origin [m/s], angular [rad/s],
-    both along the axes of the world.
+    """Poses (4, 4) of a frame in the world, translation in [m].
 
-    A value may be a pose (a `pin.SE3`, or (4, 4)), a position (3,), or a rotation (3, 3); the part not
-    given is that of the start. A rate may be (6,), or (3,): linear, or angular if `angular` is set.
+    Rates are (6,): linear velocity of the origin [m/s], then angular velocity [rad/s], both along the axes
+    of the WORLD. A value may be a pose (a `pin.SE3`, or an array (4, 4)), a position (3,), or a rotation
+    (3, 3); the part that is not given stays that of the start. A rate may be (6,), or (3,): linear, or
+    angular if the space was made with `angular`.
     """
 
     tangent = 6
 
     def __init__(self, name: str, *, angular: bool = False) -> None:
+        """Make the space of a frame.
+
+        Args:
+            name: what error messages call a value.
+            angular: rates (3,) are angular.
+        """
         self._name, self._angular = name, angular
 
-    def convert(self, value: Any, start: Array) -> Array:
-        array = np.asarray(getattr(value, "homogeneous", value))
+    def convert(self, value: Value, start: Array) -> Array:
+        """Turn a pose, a position or a rotation into a checked pose (4, 4), see `Space.convert`."""
+        array = np.asarray(plain(value))
         if array.shape not in {(3,), (3, 3), (4, 4)}:
             raise InvalidValue(
                 f"{self._name} must be a pose (4×4 or pin.SE3), a position (3) or a rotation (3×3), "
@@ -82,44 +176,68 @@ class PoseSpace:
             pose[:3, 3] = array
         return pose if is_pose(pose) else checked_pose(self._name, pose)
 
-    def take(self, value: Any, start: Array, out: Array) -> None:
-        fast = value.__class__ is np.ndarray and value.shape == (4, 4) and value.dtype is _FLOAT64
-        out[...] = value if fast else self.convert(value, start)
+    def take(self, value: Value, start: Array, out: Array) -> None:
+        """Write a pose into `out` (4, 4), unchecked if it is an array (4, 4), see `Space.take`."""
+        if isinstance(value, np.ndarray) and value.shape == (4, 4) and value.dtype is _FLOAT64:
+            out[...] = value
+        else:
+            out[...] = self.convert(value, start)
 
-    def convert_rate(self, rate: Any) -> Array:
+    def convert_rate(self, rate: Value) -> Array:
+        """Turn a rate (6,) or (3,) into a checked rate (6,) along the axes of the world."""
         array = np.asarray(rate)
         if array.shape == (6,):
             return finite(f"rate of {self._name}", array, (6,))
         part = finite(f"rate of {self._name}", array, (3,))
         return np.concatenate([np.zeros(3), part] if self._angular else [part, np.zeros(3)])
 
-    def take_rate(self, rate: Any, out: Array) -> None:
-        out[...] = rate if type(rate) is np.ndarray and rate.shape == (6,) else self.convert_rate(rate)
+    def take_rate(self, rate: Value, out: Array) -> None:
+        """Write a rate into `out` (6,), unchecked if it is an array (6,), see `Space.take_rate`."""
+        if isinstance(rate, np.ndarray) and rate.shape == (6,):
+            out[...] = rate
+        else:
+            out[...] = self.convert_rate(rate)
 
     def difference(self, a: Array, b: Array) -> Array:
+        """Compute [p_b − p_a; log(R_b R_aᵀ)] (6,) from two poses, along the axes of the world."""
         out = np.empty(6)
         _difference_into(a, b, out)
         return out
 
     def move(self, a: Array, delta: Array, out: Array) -> None:
+        """Write the pose (4, 4) with p + δp and exp(δω) R, for a rate (δp, δω) in the axes of the world."""
         _move_into(a, delta, out)
 
 
 class PostureSpace:
-    """Postures (nq,) of a robot, its manifold included; rates are joint velocities (nv,).
+    """Postures (nq,) [rad, m] of a robot; rates are joint velocities (nv,) [rad/s, m/s].
 
     A value may be a whole posture (nq,), one number for each of `joints`, or a mapping from joint to
-    number; joints not named keep what they have at the start. Rates likewise, with (nv,).
+    number; joints that are not named stay where they are at the start. Rates likewise, with (nv,); joints
+    that are not named have rate zero. Differences and moves are those of the configuration manifold.
+
+    Attributes:
+        joints: names of the joints of the task, in the order in which numbers are given.
     """
 
     def __init__(self, name: str, robot: Robot, joints: Sequence[str]) -> None:
+        """Make the space of some joints of a robot.
+
+        Args:
+            name: what error messages call a value.
+            robot: the robot.
+            joints: names of the joints.
+        """
         self._name, self._robot, self.joints = name, robot, tuple(joints)
         self.tangent = robot.nv
-        self._table = coordinates(robot)
+        self._table = coordinate_table(robot)
 
-    def convert(self, value: Any, start: Array) -> Array:
-        if self._is_whole(value, self._robot.nq):
-            return self._robot.checked_q(value)
+    def convert(self, value: Value, start: Array) -> Array:
+        """Turn a posture, or numbers of joints, into a checked posture (nq,), see `Space.convert`."""
+        value = plain(value)
+        whole = self._whole(value, self._robot.nq)
+        if whole is not None:
+            return self._robot.checked_q(whole)
         q = start.copy()
         for joint, number in self._by_joint(value, self._robot.nq).items():
             kind, iq = self._table[self._column(joint)]
@@ -129,32 +247,44 @@ class PostureSpace:
                 q[iq : iq + 2] = np.cos(number), np.sin(number)
         return q
 
-    def take(self, value: Any, start: Array, out: Array) -> None:
+    def take(self, value: Value, start: Array, out: Array) -> None:
+        """Write `convert(value, start)` into `out` (nq,)."""
         out[...] = self.convert(value, start)
 
-    def convert_rate(self, rate: Any) -> Array:
-        if self._is_whole(rate, self._robot.nv):
-            return finite(f"rate of {self._name}", rate, (self._robot.nv,))
+    def convert_rate(self, rate: Value) -> Array:
+        """Turn joint velocities into a checked rate (nv,), see `Space.convert_rate`."""
+        rate = plain(rate)
+        whole = self._whole(rate, self._robot.nv)
+        if whole is not None:
+            return finite(f"rate of {self._name}", whole, (self._robot.nv,))
         v = np.zeros(self._robot.nv)
         for joint, number in self._by_joint(rate, self._robot.nv).items():
             v[self._column(joint)] = number
         return v
 
-    def take_rate(self, rate: Any, out: Array) -> None:
+    def take_rate(self, rate: Value, out: Array) -> None:
+        """Write `convert_rate(rate)` into `out` (nv,)."""
         out[...] = self.convert_rate(rate)
 
     def difference(self, a: Array, b: Array) -> Array:
+        """Compute the velocity (nv,) that leads from posture a to posture b in unit time."""
         return self._robot.difference(a, b)
 
     def move(self, a: Array, delta: Array, out: Array) -> None:
+        """Write the posture (nq,) to which the velocity `delta` (nv,) leads from a in unit time."""
         out[:] = self._robot.integrate(a, delta, 1.0)
 
-    def _is_whole(self, value: Any, size: int) -> bool:
-        """Whether `value` is for the whole robot; one number a joint of the task comes first."""
-        return not isinstance(value, Mapping) and np.shape(value) == (size,) != (len(self.joints),)
+    def _whole(self, value: ArrayLike | Mapping[str, float], size: int) -> ArrayLike | None:
+        """Return a value that is for the whole robot, else None.
 
-    def _by_joint(self, value: Any, whole: int) -> dict[str, float]:
-        """Joint to number, checked."""
+        Where the task has as many joints as the robot has numbers, numbers are read as those of the joints.
+        """
+        if isinstance(value, Mapping) or np.shape(value) != (size,) or size == len(self.joints):
+            return None
+        return value
+
+    def _by_joint(self, value: ArrayLike | Mapping[str, float], whole: int) -> dict[str, float]:
+        """Return the checked number of each joint that is named; `whole` is for the error message."""
         if isinstance(value, Mapping):
             names, numbers = tuple(value), list(value.values())
             for name in names:
@@ -170,6 +300,7 @@ class PostureSpace:
         return dict(zip(names, finite(self._name, numbers, (len(names),)).tolist(), strict=True))
 
     def _column(self, joint: str) -> int:
+        """Return the place of a joint's velocity; raise `InvalidValue` if it has several."""
         columns = self._robot.velocity_index(joint)
         if columns.stop - columns.start != 1:
             raise InvalidValue(
@@ -178,10 +309,16 @@ class PostureSpace:
         return columns.start
 
 
-def coordinates(robot: Robot) -> IntArray:
-    """(nv, 2): kind of each velocity's coordinate (SCALAR, CIRCLE, OTHER) and where it begins in q.
+def coordinate_table(robot: Robot) -> IntArray:
+    """Find what kind of coordinate belongs to each velocity, and where it stands in q.
 
-    Where (cos, sin) of a continuous joint stand is found by turning it a little from neutral.
+    The place of (cos, sin) of a continuous joint is found by turning the joint a little from neutral.
+
+    Args:
+        robot: the robot.
+
+    Returns:
+        (nv, 2): SCALAR, CIRCLE or OTHER, and the index in q at which the coordinate begins (−1 for OTHER).
     """
     table = np.full((robot.nv, 2), OTHER, dtype=np.int64)
     scalar = robot.position_index >= 0
@@ -197,24 +334,34 @@ def coordinates(robot: Robot) -> IntArray:
 
 
 def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> IntArray:
-    """Indices into the six rows that `axes` chooses among `letters`, the first of which is row `first`.
+    """Find which of the six rows of a frame a task takes.
 
-    Letters are read from left to right in the order of `letters`, and a blank goes on to the
-    orientation: "xyz", "xy y" (position in the plane, and yaw), "rp". Or one truth value a letter.
-    Raises `InvalidValue` if nothing, or something else, is chosen.
+    Letters are read from left to right in the order of `letters`, and a blank goes on to the orientation:
+    "xyz", "xy y" (position in the plane, and yaw), "rp".
+
+    Args:
+        axes: letters, or one truth value for each of `letters`.
+        letters: the letters to choose from, such as "xyzrpy".
+        first: the row that the first of `letters` stands for.
+
+    Returns:
+        (k,) indices into the six rows, in increasing order.
+
+    Raises:
+        InvalidValue: nothing is chosen, or something else than `letters` in their order.
     """
     chosen: list[int] = []
     if isinstance(axes, str):
-        at = 0
+        place = 0
         for letter in axes:
             if letter == " ":
-                at = max(at, letters.find("rpy"))
+                place = max(place, letters.find("rpy"))
                 continue
-            at = letters.find(letter, at)
-            if at < 0:
+            place = letters.find(letter, place)
+            if place < 0:
                 raise InvalidValue(f"axes must be letters of '{letters}' in this order, got '{axes}'")
-            chosen.append(at)
-            at += 1
+            chosen.append(place)
+            place += 1
     else:
         mask = np.asarray(axes)
         if mask.shape != (len(letters),) or not np.isin(mask, (0, 1)).all():
@@ -227,13 +374,14 @@ def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> Int
     return np.array(chosen, dtype=np.int64) + first
 
 
-def _shape(value: Any) -> str:
+def _shape(value: ArrayLike) -> str:
+    """Describe the shape of a value for an error message, as in "3×3"."""
     return "×".join(map(str, np.shape(value))) or "a single number"
 
 
 @kernel
 def _difference_into(a, b, out):
-    """[p_b − p_a; log(R_b R_aᵀ)], along the axes of the world."""
+    """Write [p_b − p_a; log(R_b R_aᵀ)] of two poses (4, 4) into `out` (6,), along the axes of the world."""
     turn = a.copy()
     for i in range(3):
         for j in range(3):
@@ -245,7 +393,7 @@ def _difference_into(a, b, out):
 
 @kernel
 def _move_into(a, delta, out):
-    """p + δp and exp(δω) R."""
+    """Write the pose with p + δp and exp(δω) R into `out` (4, 4), with `a` (4, 4) and `delta` (6,)."""
     turn = out.copy()
     exp3_into(delta[3:], turn)
     for i in range(3):

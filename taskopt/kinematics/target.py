@@ -1,46 +1,67 @@
-"""Where a task is to be, and how fast that moves: x_d(t) with its rate ẋ_d(t).
+"""Targets of tasks: the desired value x_d(t) with its rate ẋ_d(t).
 
-Every reference gives its rate exactly, and tasks always use it: without this feedforward a moving
-target is followed with a lag of ẋ_d/K. Past its end a reference holds, and its rate is zero from the
-first held sample on; a sample more would leave a permanent error in an open loop (Sect. 3.7.5).
+Every target gives its exact rate, and tasks always use it: without this feedforward a moving target is
+followed with a lag of ẋ_d/K. After its end a target holds its value, and its rate is zero from the first
+held sample on; one sample more would leave a permanent error in an open loop (Sect. 3.7.5).
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.space import PoseSpace, Space
+from taskopt.hierarchy.tolerances import AT_THE_END, NO_DIRECTION, RIGHT_ANGLE
+from taskopt.kinematics.space import PoseSpace, Space, Value, plain
 
-# Brings value and rate, which the caller keeps between calls, to the time t [s], and says whether the rate
-# is to be used (False: it is zero).
 Course = Callable[[float, Array, Array], bool]
+"""`course(t, value, rate)` writes the desired value and its rate at the time t [s] into the two arrays.
 
-_NANOSECOND = 1e-9  # i·dt may fall short of the end by rounding; that sample is a held one
+The caller keeps both arrays between calls. The course returns False where the rate is zero; it need not
+write the rate then.
+"""
+
 _FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
-_STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding both near 1e-9
+_STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding are both near 1e-9
 
 
 @runtime_checkable
 class Target(Protocol):
-    """A declaration; `start` turns it into the course of one task in one run."""
+    """The declaration of a desired value x_d(t); `start` makes it the course of one task in one run."""
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        """The course that begins at the value `start` at the time t [s]."""
+        """Begin the course of a task.
+
+        Args:
+            space: space in which the value lives: poses of a frame, or postures of a robot.
+            start: value of the task at the start of the run: pose (4, 4) in the world [m], or posture (nq,).
+            t: time of the start [s].
+
+        Returns:
+            The course; it has its own copy of `start`.
+
+        Raises:
+            InvalidValue: the declared value does not fit the space.
+        """
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """Stay at `value`, or, without one, where the run starts."""
+    """A constant target.
 
-    value: Any = None
+    Attributes:
+        value: a pose (`pin.SE3`, (4, 4)), position (3,) [m] or rotation (3, 3) in the world; or a posture, as
+            `PostureSpace` takes it [rad, m]. None: the value at the start of the run.
+    """
+
+    value: Value | None = None
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (protocol)
+        """Begin the course at the time t [s], see `Target.start`."""
         held = start.copy() if self.value is None else space.convert(self.value, start)
         written = False
 
@@ -55,7 +76,7 @@ class Hold:
 
 
 def _trapezoidal(u: float) -> tuple[float, float]:
-    """Constant acceleration for a quarter of the time, cruise, and the mirror image."""
+    """Return (s, ds/du): constant acceleration for a quarter of the time, cruise, and the mirror image."""
     if u < 0.25:
         return 8.0 / 3.0 * u * u, 16.0 / 3.0 * u
     if u <= 0.75:
@@ -63,7 +84,6 @@ def _trapezoidal(u: float) -> tuple[float, float]:
     return 1.0 - 8.0 / 3.0 * (1.0 - u) ** 2, 16.0 / 3.0 * (1.0 - u)
 
 
-# Timing laws: from u in [0, 1] to (s, ds/du), s from 0 to 1.
 TIMING: dict[str, Callable[[float], tuple[float, float]]] = {
     "linear": lambda u: (u, 1.0),
     "cubic": lambda u: (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u)),
@@ -71,41 +91,52 @@ TIMING: dict[str, Callable[[float], tuple[float, float]]] = {
     "sinusoidal": lambda u: (0.5 - 0.5 * math.cos(math.pi * u), 0.5 * math.pi * math.sin(math.pi * u)),
     "trapezoidal": _trapezoidal,
 }
+"""Timing laws by name: functions of u = t/duration in [0, 1] that return s in [0, 1] and ds/du."""
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """From where the run starts straight to the value `to`, or by the displacement `by`, in `duration` [s].
+    """A straight motion from the start of the run, x_d = x_0 ⊕ s(t/duration) Δ.
 
     Positions move on a straight line while orientations turn about a fixed axis of the world, and
-    postures move at fixed ratios of joint velocities. `timing` is the law s(t/duration): "linear"
-    (speed jumps at both ends), "cubic" (zero speed there), "quintic" (zero acceleration too),
-    "sinusoidal" or "trapezoidal". Raises `InvalidValue` unless exactly one of `to` and `by` is given.
+    postures move at fixed ratios of joint velocities. Exactly one of `to` and `by` must be given.
+
+    Attributes:
+        to: value at the end: a pose, position [m] or rotation in the world, or a posture [rad, m].
+        by: displacement Δ: for a frame (6,) or (3,) along the axes of the world [m, rad], or for joints.
+        duration: [s], greater than zero.
+        timing: the law s: "linear" (speed jumps at both ends), "cubic" (zero speed there), "quintic" (zero
+            acceleration as well), "sinusoidal" or "trapezoidal".
+
+    Raises:
+        InvalidValue: both or neither of `to` and `by` are given, or the duration is not positive.
+        UnknownName: there is no timing law of that name.
     """
 
-    to: Any = None
-    by: Any = None
+    to: Value | None = None
+    by: Value | None = None
     duration: float = field(kw_only=True)
     timing: str = "cubic"
 
     def __post_init__(self) -> None:
         positive("duration", self.duration)
         if (self.to is None) == (self.by is None):
-            raise InvalidValue(
-                "a line needs either `to` or `by`, got " + ("both", "neither")[self.to is None]
-            )
+            given = "neither" if self.to is None else "both"
+            raise InvalidValue(f"a line needs either `to` or `by`, got {given}")
         if self.timing not in TIMING:
             raise UnknownName("timing law", self.timing, TIMING)
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        if self.by is not None:
-            delta = space.convert_rate(self.by)
-        else:
+        """Begin the course at the time t [s], see `Target.start`."""
+        if self.to is not None:
             delta = space.difference(start, space.convert(self.to, start))
+        else:
+            assert self.by is not None, "__post_init__ has checked that one of them is given"
+            delta = space.convert_rate(self.by)
         law, begin, duration, start = TIMING[self.timing], t, self.duration, start.copy()
 
         def course(t: float, value: Array, rate: Array) -> bool:
-            if not 0.0 <= t - begin <= duration - _NANOSECOND:
+            if not 0.0 <= t - begin <= duration - AT_THE_END:
                 space.move(start, delta if t > begin else 0.0 * delta, value)
                 return False
             s, speed = law((t - begin) / duration)
@@ -118,11 +149,19 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """From where the run starts around a circle: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
+    """A circle through the start of the run: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
 
-    `radius` r [m], `period` 2π/ω [s]. `toward` points from the start to the centre and `along` is the
-    direction of departure, both in the world and at right angles (their lengths do not matter). After
-    `turns` turns it holds; None goes on for ever. The orientation stays that of the start.
+    The orientation stays that of the start.
+
+    Attributes:
+        radius: r [m].
+        period: 2π/ω [s] of one turn.
+        toward: (3,) direction in the world from the start to the centre; its length does not matter.
+        along: (3,) direction in the world of the departure, at right angles to `toward`.
+        turns: how many turns are made, after which the target holds; None goes on for ever.
+
+    Raises:
+        InvalidValue: a number is not positive, or the directions are not at right angles.
     """
 
     radius: float
@@ -137,21 +176,22 @@ class Circle:
         if self.turns is not None:
             positive("turns", self.turns)
         toward, along = _unit("toward", self.toward), _unit("along", self.along)
-        if abs(toward @ along) > 1e-6:
+        if abs(toward @ along) > RIGHT_ANGLE:
             raise InvalidValue(
                 f"toward and along must be at right angles, their cosine is {toward @ along:.3g}"
             )
 
     def start(self, space: Space, start: Array, t: float) -> Course:
+        """Begin the course at the time t [s], see `Target.start`."""
         if not isinstance(space, PoseSpace):
-            raise InvalidValue("a circle is the path of a frame; joints take a Line or a Function")
+            raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
         toward, along = _unit("toward", self.toward).tolist(), _unit("along", self.along).tolist()
         (x, y, z), r, omega = start[:3, 3].tolist(), float(self.radius), 2.0 * math.pi / self.period
         begin, pose = t, start.copy()
         end = math.inf if self.turns is None else self.turns * self.period
 
         def course(t: float, value: Array, rate: Array) -> bool:
-            moving = 0.0 <= t - begin <= end - _NANOSECOND
+            moving = 0.0 <= t - begin <= end - AT_THE_END
             phase = omega * min(max(t - begin, 0.0), end)
             a, b = r * (1.0 - math.cos(phase)), r * math.sin(phase)
             value[...] = pose
@@ -171,23 +211,32 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Function:
-    """Any x_d = value(t) of the run's time [s], with ẋ_d = derivative(t).
+    """A target that is any function of the run's time, x_d = value(t) and ẋ_d = derivative(t).
 
-    Without `derivative` the rate comes from three values at t, t + 20 µs and t + 40 µs (second order,
-    good to about 1e-9 for smooth functions of size one). They look forward only, so that a function
-    that holds from some time on has no feedforward from that very sample on.
+    Without `derivative` the rate comes from three values at t, t + 20 µs and t + 40 µs (second order, good
+    to about 1e-9 for smooth functions of size one). They look forward only, so that a function that holds
+    from some time on has no feedforward from that very sample on.
+
+    Attributes:
+        value: from t [s] to a pose, position [m] or rotation in the world, or to a posture [rad, m].
+        derivative: from t [s] to its rate: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
+            velocities [rad/s, m/s]. None: by differences.
+
+    Raises:
+        InvalidValue: one of them is not callable.
     """
 
-    value: Callable[[float], Any]
-    derivative: Callable[[float], Any] | None = None
+    value: Callable[[float], Value]
+    derivative: Callable[[float], Value] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("value", "derivative"):
-            part = getattr(self, name)
-            if not callable(part) and not (part is None and name == "derivative"):
-                raise InvalidValue(f"{name} must be a function of time, got {part!r}")
+        if not callable(self.value):
+            raise InvalidValue(f"value must be a function of time, got {self.value!r}")
+        if self.derivative is not None and not callable(self.derivative):
+            raise InvalidValue(f"derivative must be a function of time, got {self.derivative!r}")
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (time is the run's)
+        """Begin the course at the time t [s], see `Target.start`."""
         derivative, start = self.derivative, start.copy()
 
         def course(t: float, value: Array, rate: Array) -> bool:
@@ -206,24 +255,43 @@ class Function:
 
 
 class Latest:
-    """The value that was set last, for control loops whose target somebody else moves.
+    """A target that is set from outside, for control loops whose target somebody else moves.
 
-    `set(value, velocity)` may be called at any time, also from another thread: a tick sees the old
-    pair or the new one, never a mixture. Without `velocity` there is no feedforward. Before the first
-    `set`, and without a value at the beginning, it holds where the run starts.
+    `set` may be called at any time, also from another thread: a tick sees the old value and velocity or the
+    new ones, never a mixture. Before the first `set`, and without a value at the beginning, the target is
+    the value at the start of the run.
     """
 
-    def __init__(self, value: Any = None) -> None:
+    def __init__(self, value: Value | None = None) -> None:
+        """Make the target.
+
+        Args:
+            value: a pose, position [m] or rotation in the world, or a posture [rad, m]. None: the value at
+                the start.
+
+        Raises:
+            InvalidValue: the value is not numeric.
+        """
         self._now: tuple[Array | None, Array | None] = (None, None)
         if value is not None:
             self.set(value)
 
-    def set(self, value: Any, velocity: ArrayLike | None = None) -> None:
-        """Move the target; what the value must be depends on the task, whose next tick checks it."""
+    def set(self, value: Value, velocity: ArrayLike | None = None) -> None:
+        """Move the target. Its task checks at the next tick that the value fits.
+
+        Args:
+            value: a pose, position [m] or rotation in the world, or a posture [rad, m].
+            velocity: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint velocities
+                [rad/s, m/s]. None: no feedforward.
+
+        Raises:
+            InvalidValue: one of them is not numeric.
+        """
         rate = None if velocity is None else _numbers("velocity", velocity)
         self._now = (_numbers("value", value), rate)
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (it has no time)
+        """Begin the course at the time t [s], see `Target.start`."""
         seen: tuple[Array | None, Array | None] | None = None
         start = start.copy()
 
@@ -243,24 +311,32 @@ class Latest:
         return course
 
 
-def as_target(value: Any) -> Target:
-    """`value` itself if it is a reference, else `Hold(value)`."""
+def as_target(value: Target | Value | None) -> Target:
+    """Make a target of what a user gave as one.
+
+    Args:
+        value: a target, or a value to hold; None holds the value at the start of the run.
+
+    Returns:
+        The target itself, or `Hold(value)`.
+    """
     return value if isinstance(value, Target) else Hold(value)
 
 
-def _numbers(name: str, value: Any) -> Array:
-    """A copy, whatever it is: an array, numbers, or a `pin.SE3`."""
-    if value.__class__ is np.ndarray and value.dtype is _FLOAT64:
+def _numbers(name: str, value: Value) -> Array:
+    """Copy the numbers of a value, whatever form it has; the space checks later that they fit."""
+    if isinstance(value, np.ndarray) and value.dtype is _FLOAT64:
         return value.copy()
     try:
-        return np.array(getattr(value, "homogeneous", value), dtype=np.float64)
+        return np.array(plain(value), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidValue(f"{name} must be numbers, got {value!r}") from error
 
 
 def _unit(name: str, value: ArrayLike) -> Array:
+    """Return a direction (3,) at length 1; raise `InvalidValue` if it has none."""
     vector = finite(name, value, (3,))
     length = float(np.linalg.norm(vector))
-    if length < 1e-9:
+    if length < NO_DIRECTION:
         raise InvalidValue(f"{name} must be a direction, got {vector}")
     return vector / length

@@ -1,63 +1,92 @@
-"""Distances at a configuration, with their gradients: what obstacle objectives and limits stand on."""
+"""Signed distances at a configuration, with their gradients."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.hierarchy.tolerances import NO_SLOPE
 from taskopt.jit import kernel
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.configuration import Configuration
 
-_ROUNDING = 1e-13  # a slope [m/rad, 1] below it is none: a wheel beside its own axle
-
 
 class Measured(NamedTuple):
-    """Distances (P,) [m] and the nearest points (P, 2, 3) [m] of one tick, to keep."""
+    """Distances of one tick, as copies that may be kept.
+
+    Attributes:
+        distance: (P,) signed distance of each pair [m].
+        witness: (P, 2, 3) nearest points on the first and on the second solid, in the world [m].
+    """
 
     distance: Array
     witness: Array
 
 
 class Distances:
-    """Signed distances of the pairs of a `Collision`, their witness points, and their gradients.
+    """Signed distances of pairs of solids, their nearest points, and their gradients.
 
-    `distance` (P,) [m] is negative where the solids overlap, then by the depth. `gradient` (P, nv) is
-    ∂d/∂q = nᵀ(J₂ − J₁), with n the normal from the first solid to the second and J₁, J₂ the Jacobians
-    of the witness points (Faverjon and Tournassoud (1987), ICRA). Both are those of the last `update`.
-    Where two witness points serve equally well, as between parallel faces, d has a kink, and the
-    gradient is that of one side.
+    ∂d/∂q = nᵀ(J₂ − J₁), with n the unit normal from the first solid to the second in the world, and J₁, J₂
+    the Jacobians (3, nv) of the nearest points. Where several points are nearest, as between parallel faces,
+    d has a kink, and the gradient is that of one side.
+
+    Attributes:
+        collision: the P pairs.
+        distance: (P,) [m] as of the last `update`; where solids overlap, minus the depth.
+        gradient: (P, nv) ∂d/∂q [m/rad, 1] as of the last `update`.
+
+    Source: Faverjon and Tournassoud (1987), ICRA.
     """
 
     def __init__(self, collision: Collision) -> None:
+        """Allocate the memory for the distances of some pairs.
+
+        Args:
+            collision: the pairs.
+        """
         self.collision = collision
         self.distance: Array = np.zeros(len(collision.pairs))
         self.gradient: Array = np.zeros(collision.turn.shape)
 
-    def update(self, at: Configuration) -> None:
-        """Measure at a configuration, in place."""
-        of = self.collision
-        of.update(at.data)
-        known = of.contact, of.crossed, of.turn, at.joint_jacobians, self.distance, self.gradient
+    def update(self, configuration: Configuration) -> None:
+        """Measure all pairs, in place.
+
+        Args:
+            configuration: the robot at q.
+        """
+        pairs, J = self.collision, configuration.joint_jacobians
+        pairs.update(configuration.data)
+        known = pairs.contact, pairs.crossed, pairs.turn, J, self.distance, self.gradient
         if distances_into(*known):
-            of.remeasure()
+            pairs.remeasure()
             distances_into(*known)
 
     @property
     def witness(self) -> Array:
-        """(P, 2, 3) a copy of the nearest points, first and second solid, in the world [m]."""
+        """Copy (P, 2, 3) of the nearest points on the first and on the second solid, in the world [m]."""
         return self.collision.contact[:, 3:].reshape(-1, 2, 3).copy()
 
     def measured(self) -> Measured:
-        """Copies of the distances and witness points."""
+        """Copy the distances and nearest points of the last `update`."""
         return Measured(self.distance.copy(), self.witness)
 
 
 @kernel
 def distances_into(contact, crossed, turn, J, distance, gradient):
-    """d = n·(p₂ − p₁) and ∂d/∂q_k = ±(n·v_k + (p₁ × n)·ω_k), v_k and ω_k being column k of J.
+    """Compute d = nᵀ(p₂ − p₁) and ∂d/∂q_k = ±(nᵀv_k + (p₁ × n)ᵀω_k) of all pairs.
 
-    d is `crossed` and ∂d/∂q zero where n is zero. Returns whether any witness points coincide or are NaN.
+    Where n is zero, d is `crossed` and the gradient zero.
+
+    Args:
+        contact: (P, 9) unit normal n, nearest points p₁ and p₂ [m], in the world.
+        crossed: (P,) distance of pairs without a normal [m].
+        turn: (P, nv) the sign: +1, −1, or 0 for velocities that do not change d.
+        J: (6, nv) joint Jacobians at the origin of the world; column k is (v_k, ω_k).
+        distance: (P,) receives d [m].
+        gradient: (P, nv) receives ∂d/∂q.
+
+    Returns:
+        True if nearest points of a pair coincide or are NaN, so that it must be measured again.
     """
     doubtful = False
     for i in range(distance.size):
@@ -75,6 +104,6 @@ def distances_into(contact, crossed, turn, J, distance, gradient):
                 slope = (
                     nx * J[0, k] + ny * J[1, k] + nz * J[2, k] + mx * J[3, k] + my * J[4, k] + mz * J[5, k]
                 )
-                if not abs(slope) < _ROUNDING:  # so that NaN is handed on, and found
+                if not abs(slope) < NO_SLOPE:  # written so that NaN is handed on, and found
                     gradient[i, k] = turn[i, k] * slope
     return doubtful

@@ -1,36 +1,59 @@
-"""Distances between the shapes of a robot and obstacles, or one another, in memory that kernels can read."""
+"""Pairs of solids, measured by Coal in memory that kernels can read."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array
-from taskopt.errors import InvalidValue, NotInstalled
+from taskopt.errors import NotInstalled
+from taskopt.hierarchy.tolerances import COAL_RETRY
 from taskopt.kinematics.collision.pairs import Pair, shape_names, shapes_of
+from taskopt.kinematics.engine import Data, GeometryModel
 from taskopt.kinematics.geometry.coal import core, exact, obstacle_object, solid
 from taskopt.kinematics.geometry.shapes import Shape, obstacle_names
 from taskopt.kinematics.robot.robot import Robot
 
-_ROUGH = 1e-9  # distances are good to it even so
-_RESULT = 20  # floats that a coal::DistanceResult takes; normal, first and second point stand side by side
+_RESULT = 20  # floats in a coal::DistanceResult; its normal, first and second point stand side by side
 
 
 class Collision:
-    """Pairs of convex solids, each with a name; `update` measures all of them at once.
+    """Named pairs of convex solids; `update` measures all of them at once.
 
-    `contact` (P, 9) is Coal's own memory: unit normal from the first solid to the second, witness point
-    on the first, and on the second, in the world [m]. The distance is normal · (second − first), negative
-    where they overlap. Where the cores of two capsules cross, as they do in a planar arm, Coal has no
-    normal, which is then zero, and the distance is `crossed` (P,), minus the sum of the radii. `turn` (P, nv)
-    has +1 where a velocity moves the second solid alone, −1 for the first alone, 0 for both or neither.
+    The distance of a pair is n · (p₂ − p₁), negative where the solids overlap. Where the cores of two
+    capsules cross, as they do in a planar arm, Coal finds no normal; n is then zero, and the distance is
+    `crossed`.
+
+    Attributes:
+        robot: the robot.
+        names: (P) name of each pair, such as "panda_link5 – sphere".
+        shapes: all solids (`pin.GeometryModel`), those of the robot first.
+        pairs: (P) places of the two solids of each pair in `shapes`.
+        joints: (P) indices of the joints that carry them, 0 for the world.
+        contact: (P, 9) a view of Coal's memory: unit normal n from the first solid to the second, nearest
+            point p₁ on the first and p₂ on the second, in the world [m].
+        crossed: (P,) minus the sum of the radii of the two solids [m].
+        turn: (P, nv) +1 where a velocity moves the second solid alone, −1 for the first alone, 0 for both or
+            neither.
     """
 
-    def __init__(self, robot: Robot, names: Sequence[str], shapes: Any, pairs: Sequence[Pair]) -> None:
+    def __init__(
+        self, robot: Robot, names: Sequence[str], shapes: GeometryModel, pairs: Sequence[Pair]
+    ) -> None:
+        """Pair solids; most callers use `with_obstacles` or `of_itself`.
+
+        Args:
+            robot: the robot.
+            names: (P) name of each pair.
+            shapes: all solids; the pairs are added to them.
+            pairs: (P) places of the two solids of each pair.
+
+        Raises:
+            NotInstalled: this version of Coal lays out its results otherwise.
+        """
         self.robot, self.names, self.shapes, self.pairs = robot, tuple(names), shapes, tuple(pairs)
         for pair in pairs:
             shapes.addCollisionPair(pin.CollisionPair(*pair))
@@ -48,7 +71,20 @@ class Collision:
     def with_obstacles(
         robot: Robot, obstacles: Iterable[Shape], links: Iterable[str] | None = None
     ) -> "Collision":
-        """Every shape that moves (or those of some links) against every obstacle, "panda_link5 – sphere"."""
+        """Pair the shapes of a robot with obstacles, under names such as "panda_link5 – sphere".
+
+        Args:
+            robot: the robot.
+            obstacles: the obstacles; their names are numbered where several are the same.
+            links: names of the links; default: all that move.
+
+        Returns:
+            The pairs, obstacle by obstacle.
+
+        Raises:
+            UnknownName: no link with a shape has that name.
+            InvalidValue: the robot has no shapes.
+        """
         obstacles = tuple(obstacles)
         chosen, shapes = shapes_of(robot, links), solid(robot.geometry)
         known, called = shape_names(robot), obstacle_names(obstacles)
@@ -61,31 +97,46 @@ class Collision:
 
     @staticmethod
     def of_itself(robot: Robot, pairs: Sequence[Pair]) -> "Collision":
-        """Shapes of the robot against one another, "panda_link0 – panda_hand"."""
+        """Pair shapes of a robot with one another, under names such as "panda_link0 – panda_hand".
+
+        Args:
+            robot: the robot.
+            pairs: places of the two shapes of each pair in `robot.geometry`.
+
+        Returns:
+            The pairs in the order given.
+        """
         known = shape_names(robot)
         names = [f"{known[first]} – {known[second]}" for first, second in pairs]
         return Collision(robot, names, solid(robot.geometry), pairs)
 
-    def update(self, data: Any) -> None:
-        """Measure at the joint poses of a pin.Data."""
+    def update(self, data: Data) -> None:
+        """Measure all pairs, into `contact`.
+
+        Args:
+            data: `pin.Data` with the joints placed.
+        """
         pin.updateGeometryPlacements(self.robot.model, data, self.shapes, self._data)
         pin.computeDistances(self.shapes, self._data)
 
     def remeasure(self) -> None:
-        """Measure pairs with one and the same witness point, or NaN, again, with less accuracy asked for.
+        """Measure pairs again whose nearest points coincide or are NaN, with a larger tolerance.
 
-        About once in 10^7 Coal's iteration runs into rounding: it says NaN, or that solids half a metre apart
-        touch.
+        About once in 10^7 distances Coal's iteration runs into rounding: it says NaN, or that solids half a
+        metre apart touch.
         """
         apart = np.abs(self.contact[:, 6:] - self.contact[:, 3:6]).max(axis=1)
         for pair in np.flatnonzero(~(apart > 0.0)):
             request = self._data.distanceRequests[int(pair)]
-            asked, request.gjk_tolerance = request.gjk_tolerance, _ROUGH
+            asked, request.gjk_tolerance = request.gjk_tolerance, COAL_RETRY
             pin.computeDistance(self.shapes, self._data, int(pair))
             request.gjk_tolerance = asked
 
     def _contacts(self) -> Array:
-        """(P, 9) over the results of Coal; asked one by one they cost a microsecond each."""
+        """View the results of Coal as one array (P, 9); asked one by one they cost a microsecond each.
+
+        Raises `NotInstalled` if this version of Coal lays them out otherwise.
+        """
         results = self._data.distanceResults
         if not self.pairs:
             return np.zeros((0, 9))
@@ -104,21 +155,8 @@ class Collision:
         return view
 
 
-def checked_obstacles(obstacles: Any) -> tuple[Shape, ...]:
-    """The obstacles as a tuple; raise `InvalidValue` for none, or for what is no shape."""
-    if isinstance(obstacles, Shape):
-        obstacles = (obstacles,)
-    out = tuple(obstacles)
-    for item in out or [None]:
-        if not isinstance(item, Shape):
-            raise InvalidValue(
-                f"obstacles must be a list of Sphere, Capsule, Box or HalfSpace, got {item!r} in it"
-            )
-    return out
-
-
 def _moves(robot: Robot, joint: int) -> Array:
-    """(nv,) 1 where a velocity moves a joint."""
+    """Return (nv,) with 1 where a velocity moves a joint."""
     out = np.zeros(robot.nv)
     for i in robot.model.supports[joint]:
         if i > 0:

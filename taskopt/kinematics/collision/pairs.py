@@ -1,4 +1,4 @@
-"""Which shapes of a robot can meet, and what they are called."""
+"""Pairs of shapes of a robot that can meet, and the names of shapes."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -17,14 +17,21 @@ from taskopt.kinematics.robot.robot import Robot
 
 Pair = tuple[int, int]  # places in robot.geometry.geometryObjects
 
-_SAMPLES = 300
+_SAMPLES = 300  # random postures; pairs that are apart in none of them are taken for neighbours
 
 
 def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
-    """Pairs that can meet: the robot's own (from its SRDF), else found automatically.
+    """Find the pairs of shapes that can meet.
 
-    Automatic: all pairs on different joints, but for neighbours (joints that follow each other) and those
-    that are never farther apart than `clearance` [m] in 300 random postures.
+    They are the robot's own, from its SRDF. If it has none: all pairs on different joints, except those on
+    joints that follow each other, and those that overlap in all of 300 random postures.
+
+    Args:
+        robot: the robot.
+        clearance: distance [m] that shapes must exceed in one of these postures.
+
+    Returns:
+        Places of the two shapes of each pair in `robot.geometry`.
     """
     shapes = robot.geometry.geometryObjects
     known = [(int(pair.first), int(pair.second)) for pair in robot.geometry.collisionPairs]
@@ -34,7 +41,19 @@ def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, ...]:
-    """All pairs of shapes of the links named; raise `UnknownName`, or `InvalidValue` if two move as one."""
+    """Find the pairs of shapes of pairs of links.
+
+    Args:
+        robot: the robot.
+        names: names of links, two and two.
+
+    Returns:
+        Places of the two shapes of each pair in `robot.geometry`.
+
+    Raises:
+        UnknownName: no link with a shape has that name.
+        InvalidValue: an entry is no pair of names, or its links move as one.
+    """
     shapes = robot.geometry.geometryObjects
     out = []
     for named in names:
@@ -50,9 +69,18 @@ def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, .
 
 
 def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
-    """Places of the shapes of some links; of all that move for None.
+    """Find the shapes of links.
 
-    Raises `UnknownName`, and `InvalidValue` for a robot without shapes.
+    Args:
+        robot: the robot.
+        links: names of links, or one name; None: all that move.
+
+    Returns:
+        Places of the shapes in `robot.geometry`.
+
+    Raises:
+        UnknownName: no link with a shape has that name.
+        InvalidValue: the robot has no shapes.
     """
     shapes = robot.geometry.geometryObjects
     if not len(shapes):
@@ -71,19 +99,27 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
 
 
 def link_of(shape: str) -> str:
-    """The link that a shape belongs to; here and in URDF's loader, its shapes are link_0, link_1, …"""
+    """Return the name of the link to which a shape belongs.
+
+    Args:
+        shape: name of the shape. Those of one link are named link_0, link_1, ….
+    """
     return re.sub(r"_\d+$", "", shape)
 
 
 def shape_names(robot: Robot) -> tuple[str, ...]:
-    """The link's name for each shape, or the shape's own where the link has several."""
+    """Name each shape of a robot by its link, or by its own name if the link has several shapes.
+
+    Args:
+        robot: the robot.
+    """
     names = [shape.name for shape in robot.geometry.geometryObjects]
     count = Counter(map(link_of, names))
     return tuple(link_of(name) if count[link_of(name)] == 1 else name for name in names)
 
 
 def _strangers(robot: Robot) -> list[Pair]:
-    """Pairs on joints that are not the same, and do not follow each other."""
+    """Return the pairs of shapes whose joints are different and do not follow each other."""
     joints = [int(shape.parentJoint) for shape in robot.geometry.geometryObjects]
     parents = robot.model.parents
     return [
@@ -95,6 +131,7 @@ def _strangers(robot: Robot) -> list[Pair]:
 
 
 def _ever_apart(robot: Robot, pairs: Sequence[Pair], clearance: float) -> tuple[Pair, ...]:
+    """Return the pairs that are farther apart than `clearance` [m] in a named or random posture."""
     if not pairs:
         return ()
     shapes, data = solid(robot.geometry), robot.model.createData()
@@ -109,11 +146,22 @@ def _ever_apart(robot: Robot, pairs: Sequence[Pair], clearance: float) -> tuple[
 
 
 def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
-    """Uniform within the limits, and within half a turn or half a metre where a joint has none."""
+    """Draw a configuration uniformly from the position limits of a robot.
+
+    A coordinate without limits is drawn from 2π rad or 2π m around zero, and one with a single limit from a
+    range of that size beside it.
+
+    Args:
+        robot: the robot.
+        rng: source of random numbers.
+
+    Returns:
+        q (nq,) [rad, m].
+    """
     q = robot.integrate(robot.posture("middle"), rng.uniform(-np.pi, np.pi, robot.nv), 1.0)
     has = robot.position_index >= 0
     lower, upper = robot.position_lower[has], robot.position_upper[has]
-    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, 0.0) - np.pi)
-    high = np.where(np.isfinite(upper), upper, low + 2.0 * np.pi)
-    q[robot.position_index[has]] = rng.uniform(low, np.maximum(low, high))
+    lower = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, 0.0) - np.pi)
+    upper = np.where(np.isfinite(upper), upper, lower + 2.0 * np.pi)
+    q[robot.position_index[has]] = rng.uniform(lower, np.maximum(lower, upper))
     return q

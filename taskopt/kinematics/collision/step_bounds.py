@@ -1,9 +1,9 @@
-"""How far and how fast the shapes of a pair can move against each other in one step, at most."""
+"""Bounds on what one step of a robot does to the distances between its shapes."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,40 +13,84 @@ from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry.coal import core, extent
 from taskopt.kinematics.robot.robot import Robot
 
-Core = tuple[float, float]  # see `geometry.core`
 _TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] the most that a distance limit makes room for
 
 
+class StepLosses(NamedTuple):
+    """Bounds on what one step does to distances, where every speed is at most s times the nominal one.
+
+    Attributes:
+        travel: (P,) [m] bound on the first-order change of each distance; in proportion to s.
+        jump: (P,) [m] part of the error of the linearised distance that is in proportion to s.
+        bend: (P,) [m] part of that error that is in proportion to s².
+    """
+
+    travel: Array
+    jump: Array
+    bend: Array
+
+
+class Core(NamedTuple):
+    """A solid as core ⊕ ball, see `geometry.coal.core`.
+
+    Attributes:
+        diameter: of the core [m].
+        radius: of the ball [m].
+    """
+
+    diameter: float
+    radius: float
+
+
 def nominal_speeds(robot: Robot) -> Array:
-    """(nv,) the robot's velocity limits, or 2π rad/s and 1 m/s where they are higher or there is none."""
+    """Return the speeds for which distance limits make room.
+
+    Args:
+        robot: the robot.
+
+    Returns:
+        (nv,) the velocity limits, but at most 2π rad/s for turning and 1 m/s for sliding joints.
+    """
     return np.minimum(robot.velocity_limit, np.where(_turns(robot), _TURNING, _SLIDING))
 
 
-def step_losses(collision: Collision, dt: float, within: float) -> tuple[Array, Array, Array]:
-    """Three bounds (P,) [m] on what one step of dt at the nominal speeds does to a distance.
+def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
+    """Bound what one step at the nominal speeds does to each distance.
 
-    `travel` bounds the first-order change Δt Σ |v_k| ρ_k, ρ_k being the farthest that any point of the
-    first solid can be from joint k. `jump` and `bend` bound what the linearised distance d + Δt ∇d·v
-    overstates for pairs nearer than `within`; at s times the speeds it is s · jump + s² · bend.
+    `travel` bounds the first-order change Δt Σ |v_k| ρ_k, where no point of the first solid can be farther
+    than ρ_k from joint k. The linearised distance d + Δt ∇dᵀv overstates the true one by at most
+    s · jump + s² · bend at s times these speeds, for pairs nearer than `within`.
 
-    Why these: a plane that separates the solids and moves with one of them separates them as long as no
-    point of the other crosses it. Points that are not the witness point p move by ω × (x − p) more, which
-    is jump = Δt Ω ℓ with Ω = Σ |v_k| over turning joints and ℓ the size of the other's core; it is
-    zero for a sphere. Moving with constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (sliding
-    joints twice, for Coriolis), which is bend = ½ Δt² times that.
+    The reason: a plane that separates the solids and moves with one of them separates them as long as no
+    point of the other crosses it. A point x that is not the nearest point p moves by ω × (x − p) more, hence
+    jump = Δt Ω ℓ, with Ω = Σ |v_k| over turning joints and ℓ the diameter of the other solid's core (zero for
+    a sphere). At constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (twice that for sliding joints,
+    because of Coriolis terms), and bend is ½ Δt² times this.
+
+    Args:
+        collision: the P pairs.
+        dt: Δt [s].
+        within: [m], distance up to which the bounds must hold.
+
+    Returns:
+        The three bounds.
+
+    Raises:
+        InvalidValue: a sliding joint between two solids has no position limit.
     """
-    known = [core(shape) for shape in collision.shapes.geometryObjects]
+    known = [Core(*core(shape)) for shape in collision.shapes.geometryObjects]
     out = [
         _losses(collision, pair, known[first], known[second], dt, within)
         for pair, (first, second) in enumerate(collision.pairs)
     ]
     travel, jump, bend = np.array(out).reshape(-1, 3).T.copy()
-    return travel, jump, bend
+    return StepLosses(travel, jump, bend)
 
 
 def _losses(
     collision: Collision, pair: int, mine: Core, other: Core, dt: float, within: float
 ) -> tuple[float, float, float]:
+    """Return travel, jump and bend [m] of one pair of solids, `mine` and `other` being their cores."""
     robot, moving = collision.robot, collision.turn[pair] != 0.0
     speeds, turning = nominal_speeds(robot), _turns(robot) & moving
     spin = float(speeds[turning].sum())
@@ -54,17 +98,18 @@ def _losses(
     swing = float(speeds[turning] @ _reach(robot, collision, pair)[turning])
 
     def bend(pad: float) -> float:
+        """Bound the acceleration part for points up to `pad` [m] farther from the joints."""
         return 0.5 * dt * dt * spin * (swing + spin * pad + 2.0 * slide)
 
     # The plane goes with the second solid, and points of the first are watched; or the other way round.
-    ways = [(dt * spin * mine[0], bend(0.0))]
-    if np.isfinite(other[0]):
-        ways.append((dt * spin * other[0], bend(within + sum(other))))
+    ways = [(dt * spin * mine.diameter, bend(0.0))]
+    if np.isfinite(other.diameter):
+        ways.append((dt * spin * other.diameter, bend(within + (other.diameter + other.radius))))
     return dt * (swing + slide), *min(ways, key=sum)
 
 
 def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
-    """(nv,) the farthest that a point of the first solid can be from each joint between the two [m]."""
+    """Bound the distances (nv,) [m] of points of the first solid from each joint between the two."""
     first, second = collision.joints[pair]
     shape = collision.shapes.geometryObjects[collision.pairs[pair][0]]
     mine, theirs = (list(robot.model.supports[joint]) for joint in (first, second))
@@ -85,17 +130,19 @@ def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
 
 
 def _turns(robot: Robot) -> Mask:
+    """Return (nv,) True where a velocity turns."""
     return np.array([unit == "rad" for unit in robot.coordinate_units])
 
 
 def _write(robot: Robot, out: Array, joint: int, value: float) -> None:
+    """Write a value into `out` (nv,) for all velocities of a joint."""
     known = robot.model.joints[joint]
     out[known.idx_v : known.idx_v + known.nv] = value
 
 
 def _link_length(robot: Robot, joint: int) -> float:
-    """From the origin of the joint before to that of this one, at most [m]."""
-    known: Any = robot.model.joints[joint]
+    """Bound the distance [m] from the origin of the joint before to that of this one."""
+    known = robot.model.joints[joint]
     length = float(np.linalg.norm(robot.model.jointPlacements[joint].translation))
     for column in range(known.idx_v, known.idx_v + known.nv):
         if robot.coordinate_units[column] == "m":

@@ -1,4 +1,4 @@
-"""Solid shapes: obstacles as plain numbers (`shapes`), and every shape as Coal has it (`coal`)."""
+"""Solid shapes: obstacles as plain numbers in `shapes`, every shape in Coal's form in `coal`."""
 
 from taskopt.kinematics.geometry.shapes import Box as Box
 from taskopt.kinematics.geometry.shapes import Capsule as Capsule

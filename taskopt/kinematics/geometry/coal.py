@@ -1,35 +1,49 @@
-"""Shapes as Coal has them: links made in code, obstacles, convex hulls of meshes. The one door to Coal."""
+"""Solids in Coal's own form: links made in code, obstacles, convex hulls of meshes.
+
+This is the one module that knows Coal's shapes. Distances between solids are computed in
+`taskopt.kinematics.collision`.
+"""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Sequence
-from typing import Any
 
 import coal
 import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array
+from taskopt.hierarchy.tolerances import COAL
+from taskopt.kinematics.engine import CoalShape, GeometryData, GeometryModel, GeometryObject
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere, turning_z_to
 from taskopt.kinematics.pose import homogeneous
 
 _LINK_COLOUR = np.array([0.35, 0.55, 0.85, 1.0])
 _OBSTACLE_COLOUR = np.array([0.85, 0.35, 0.30, 0.8])
-_TOLERANCE, _ITERATIONS = 1e-12, 500  # at Coal's own 1e-6, gradients of hulls are off by 5 %
-_FLAT = 1e-6  # [m] thickness of what has none
-_SIDES = 48  # of the prism around a cylinder
+_ITERATIONS = 500  # at most; the default of 128 is too few for our tolerance
+_FLAT = 1e-6  # [m] thickness given to a mesh without volume, since Coal's boxes must have one
+_SIDES = 48  # of the prism around a cylinder: at most 1/cos(π/48) − 1 = 0.2 % thicker than the cylinder
 
 
 def add_capsule(
-    shapes: Any,
+    shapes: GeometryModel,
     name: str,
     joint: int,
     start: Sequence[float] | Array,
     stop: Sequence[float] | Array,
     radius: float,
 ) -> None:
-    """Add a capsule around the segment from `start` to `stop` [m] in the frame of a joint."""
+    """Add a capsule to the shapes of a robot.
+
+    Args:
+        shapes: the shapes, to which the capsule is added.
+        name: name of the new shape.
+        joint: index of the joint that carries it.
+        start: (3,) [m], one end of its segment, in the frame of the joint.
+        stop: (3,) [m], the other end, in the frame of the joint.
+        radius: [m].
+    """
     a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
     placement = homogeneous(turning_z_to(b - a), 0.5 * (a + b))
     form = coal.Capsule(radius, float(np.linalg.norm(b - a)))
@@ -38,14 +52,23 @@ def add_capsule(
     shapes.addGeometryObject(shape)
 
 
-def obstacle_object(shape: Shape, name: str | None = None) -> Any:
-    """An obstacle as a pin.GeometryObject fixed to the world, also for drawing it."""
+def obstacle_object(shape: Shape, name: str | None = None) -> GeometryObject:
+    """Make an obstacle a `pin.GeometryObject` that is fixed to the world.
+
+    Args:
+        shape: the obstacle.
+        name: name of the new object; default: the obstacle's own.
+
+    Returns:
+        The object, for distances and for drawing.
+    """
     out = pin.GeometryObject(name or shape.name, 0, pin.SE3(shape.pose), _form(shape))
     out.meshColor = _OBSTACLE_COLOUR
     return out
 
 
-def _form(shape: Shape) -> Any:
+def _form(shape: Shape) -> CoalShape:
+    """Make Coal's shape of an obstacle, without its place."""
     match shape:
         case Sphere():
             return coal.Sphere(shape.radius)
@@ -57,12 +80,18 @@ def _form(shape: Shape) -> Any:
             return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
 
 
-def solid(shapes: Any) -> Any:
-    """A copy of a pin.GeometryModel with convex solids only, and no pairs.
+def solid(shapes: GeometryModel) -> GeometryModel:
+    """Copy shapes as convex solids, without pairs.
 
-    A mesh becomes its convex hull: as loaded it is a surface that knows no inside, and a shape deep in it
+    A mesh becomes its convex hull: as loaded it is a surface without an inside, and a shape deep in it
     is at a positive distance. A cylinder becomes a prism around it, at most 0.2 % of its radius thicker:
-    on curved faces that meet in an edge, Coal's gradients stop at 1e-6.
+    where curved faces meet in an edge, Coal's gradients have errors of 1e-6.
+
+    Args:
+        shapes: the shapes of a robot; they are not changed.
+
+    Returns:
+        A new model with the same shapes in the same order.
     """
     out = pin.GeometryModel(shapes)
     out.removeAllCollisionPairs()
@@ -74,8 +103,8 @@ def solid(shapes: Any) -> Any:
     return out
 
 
-def _fill(shape: Any) -> None:
-    """Replace a mesh by its convex hull; by its bounding box where Coal gives the hull up."""
+def _fill(shape: GeometryObject) -> None:
+    """Replace a mesh by its convex hull, or by its bounding box where Coal cannot build the hull."""
     mesh = shape.geometry
     try:
         mesh.buildConvexHull(True, "Qt")
@@ -88,7 +117,8 @@ def _fill(shape: Any) -> None:
     shape.geometry = mesh.convex
 
 
-def _prism(radius: float, half_length: float) -> Any:
+def _prism(radius: float, half_length: float) -> CoalShape:
+    """Make the regular prism whose side faces touch a cylinder from outside."""
     angles = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
     corner = radius / np.cos(np.pi / _SIDES)
     points = coal.StdVec_Vec3s()
@@ -97,16 +127,31 @@ def _prism(radius: float, half_length: float) -> Any:
     return coal.ConvexBase.convexHull(points, True, "Qt")
 
 
-def exact(data: Any) -> Any:
-    """A pin.GeometryData whose distances are as good as floats allow, gradients to about 1e-9."""
+def exact(data: GeometryData) -> GeometryData:
+    """Ask Coal for distances as good as floats allow, with gradients to about 1e-9.
+
+    Args:
+        data: memory of distance computations; its requests are changed in place.
+
+    Returns:
+        The same memory.
+    """
     for request in data.distanceRequests:
-        request.gjk_tolerance = request.epa_tolerance = _TOLERANCE
+        request.gjk_tolerance = request.epa_tolerance = COAL
         request.gjk_max_iterations = request.epa_max_iterations = _ITERATIONS
     return data
 
 
-def core(shape: Any) -> tuple[float, float]:
-    """Size and radius [m] of a solid, as a convex core of at most that size thickened by the radius."""
+def core(shape: GeometryObject) -> tuple[float, float]:
+    """Decompose a solid as core ⊕ ball.
+
+    Args:
+        shape: the solid.
+
+    Returns:
+        Diameter of the core and radius of the ball [m]. A sphere has the core diameter 0, a half-space
+        an infinite one, and a solid without round edges the radius 0.
+    """
     form = shape.geometry
     if isinstance(form, coal.Sphere):
         return 0.0, float(form.radius)
@@ -118,8 +163,15 @@ def core(shape: Any) -> tuple[float, float]:
     return 2.0 * float(form.aabb_radius), 0.0
 
 
-def extent(shape: Any) -> float:
-    """The farthest that any point of a solid can be from the origin of its joint [m]."""
+def extent(shape: GeometryObject) -> float:
+    """Bound the distance of any point of a solid from the origin of its joint.
+
+    Args:
+        shape: the solid.
+
+    Returns:
+        An upper bound [m], from the sphere around the solid's bounding box.
+    """
     shape.geometry.computeLocalAABB()
     centre = shape.placement.act(np.asarray(shape.geometry.aabb_center).ravel())
     return float(np.linalg.norm(centre)) + float(shape.geometry.aabb_radius)

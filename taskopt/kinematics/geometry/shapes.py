@@ -1,13 +1,18 @@
-"""Obstacles: solids that stand still in the world. Plain numbers; Coal sees them in `geometry.py`."""
+"""Obstacles: solids that stand still in the world, declared by plain numbers.
+
+The shapes are frozen records that can be compared and hashed. `geometry.coal` turns them into Coal's own.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
+from typing_extensions import TypeAliasType
 
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import numbered
+from taskopt.hierarchy.tolerances import NO_DIRECTION
 from taskopt.kinematics.pose import checked_pose, homogeneous
 
 Point = tuple[float, float, float]
@@ -15,7 +20,13 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Sphere:
-    """All points within `radius` [m] of `centre` (3,) [m]; in the plane of a planar arm, a circle."""
+    """A ball: all points within a radius of a centre. In the plane of a planar arm it is a disc.
+
+    Attributes:
+        centre: (3,) [m], in the world.
+        radius: [m], greater than zero.
+        name: what rows, pictures and logs call it.
+    """
 
     centre: ArrayLike
     radius: float
@@ -27,13 +38,20 @@ class Sphere:
 
     @property
     def pose(self) -> Array:
-        """(4, 4) of the centre."""
+        """Pose (4, 4) of the centre in the world [m], its axes along those of the world."""
         return homogeneous(np.eye(3), np.asarray(self.centre))
 
 
 @dataclass(frozen=True)
 class Capsule:
-    """All points within `radius` [m] of the segment from `start` to `stop`, (3,) each [m]."""
+    """All points within a radius of a line segment.
+
+    Attributes:
+        start: (3,) [m], one end of the segment, in the world.
+        stop: (3,) [m], the other end, in the world.
+        radius: [m], greater than zero.
+        name: what rows, pictures and logs call it.
+    """
 
     start: ArrayLike
     stop: ArrayLike
@@ -47,19 +65,25 @@ class Capsule:
 
     @property
     def length(self) -> float:
-        """Of the segment [m]."""
+        """Length of the segment [m], without the round ends."""
         return float(np.linalg.norm(np.subtract(self.stop, self.start)))
 
     @property
     def pose(self) -> Array:
-        """(4, 4) of the middle, its z along the segment."""
+        """Pose (4, 4) of the middle in the world [m], with the z axis along the segment."""
         along = np.subtract(self.stop, self.start)
         return homogeneous(turning_z_to(along), 0.5 * np.add(self.start, self.stop))
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box with edges `size` (3,) [m]; `place` is its centre (3,), or its pose (4, 4)."""
+    """A box with three edge lengths.
+
+    Attributes:
+        place: its centre (3,) [m], edges then being along the axes of the world; or its pose (4, 4).
+        size: (3,) [m], lengths of the edges along x, y and z of the box.
+        name: what rows, pictures and logs call it.
+    """
 
     place: ArrayLike
     size: ArrayLike
@@ -69,20 +93,27 @@ class Box:
         turned = np.ndim(self.place) == 2
         pose = checked_pose("place of a box", self.place) if turned else None
         _set(self, place=_vector("place of a box", self.place) if pose is None else _nested(pose))
-        _set(self, size=_vector("size of a box", self.size))
-        if min(self.size) <= 0.0:  # type: ignore[type-var, arg-type]
-            raise InvalidValue(f"size of a box must be > 0 along each edge, got {self.size}")
+        size = _vector("size of a box", self.size)
+        if min(size) <= 0.0:
+            raise InvalidValue(f"size of a box must be > 0 along each edge, got {size}")
+        _set(self, size=size)
 
     @property
     def pose(self) -> Array:
-        """(4, 4) of the centre, axes along the edges."""
+        """Pose (4, 4) of the centre in the world [m], with the axes along the edges."""
         place = np.array(self.place, dtype=np.float64)
         return place if place.ndim == 2 else homogeneous(np.eye(3), place)
 
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points x with n·x ≤ `offset` [m]: a floor, a wall; n is `normal` (3,) at length 1, outward."""
+    """All points x of the world with nᵀx ≤ offset, such as a floor or a wall.
+
+    Attributes:
+        normal: n (3,), pointing out of the solid, in the world; stored at length 1.
+        offset: [m], distance of the surface from the origin of the world along n.
+        name: what rows, pictures and logs call it.
+    """
 
     normal: ArrayLike
     offset: float = 0.0
@@ -91,19 +122,44 @@ class HalfSpace:
     def __post_init__(self) -> None:
         normal = np.array(_vector("normal of a half-space", self.normal))
         length = float(np.linalg.norm(normal))
-        if length < 1e-9:
+        if length < NO_DIRECTION:
             raise InvalidValue(f"normal of a half-space must be a direction, got {normal}")
         _set(self, normal=_nested(normal / length))
         _set(self, offset=float(finite("offset of a half-space", self.offset, ())))
 
     @property
     def pose(self) -> Array:
-        """(4, 4) of the point of its surface nearest to the world's origin, its z out of the solid."""
+        """Pose (4, 4) of the point of its surface nearest to the world's origin [m], with z along n."""
         normal = np.array(self.normal)
         return homogeneous(turning_z_to(normal), self.offset * normal)
 
 
-Shape = Sphere | Capsule | Box | HalfSpace
+SHAPES = (Sphere, Capsule, Box, HalfSpace)
+"""The classes of obstacles, for `isinstance`."""
+
+Shape = TypeAliasType("Shape", Sphere | Capsule | Box | HalfSpace)
+"""Any obstacle."""
+
+
+def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
+    """Return the obstacles as a tuple, after checking that there are some and that each is a shape.
+
+    Args:
+        obstacles: one obstacle, or several.
+
+    Returns:
+        The obstacles in order.
+
+    Raises:
+        InvalidValue: there is no obstacle, or something else than a shape among them.
+    """
+    out = (obstacles,) if isinstance(obstacles, SHAPES) else tuple(obstacles)
+    for item in out or (None,):
+        if not isinstance(item, SHAPES):
+            raise InvalidValue(
+                f"obstacles must be a list of Sphere, Capsule, Box or HalfSpace, got {item!r} in it"
+            )
+    return out
 
 
 def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
@@ -119,7 +175,14 @@ def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
 
 
 def turning_z_to(direction: Array) -> Array:
-    """A rotation (3, 3) whose third column is the direction (3,); the identity for zero."""
+    """Find a rotation that turns the z axis into a direction.
+
+    Args:
+        direction: (3,), of any length.
+
+    Returns:
+        A rotation (3, 3) whose third column is along the direction; the identity for a zero vector.
+    """
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         return np.eye(3)
@@ -133,15 +196,17 @@ def turning_z_to(direction: Array) -> Array:
 
 
 def _vector(name: str, value: ArrayLike) -> Point:
+    """Check three finite numbers, and return them as a tuple."""
     x, y, z = finite(name, value, (3,)).tolist()
     return x, y, z
 
 
 def _nested(array: Array) -> tuple:
-    """Tuples, so that an obstacle can be compared and hashed."""
+    """Turn an array into nested tuples, so that an obstacle can be compared and hashed."""
     return tuple(map(tuple, array.tolist())) if array.ndim == 2 else tuple(array.tolist())
 
 
 def _set(shape: Shape, **values: object) -> None:
+    """Write checked values into a frozen record while it is being made."""
     for name, value in values.items():
         object.__setattr__(shape, name, value)

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from taskopt.kinematics.collision.model import Collision, checked_obstacles
-from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
 from taskopt.kinematics.limit.distance import BoundDistance, checked_distances
 from taskopt.kinematics.robot import Robot
 

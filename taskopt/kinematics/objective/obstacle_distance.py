@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from taskopt.kinematics.collision.model import Collision, checked_obstacles
-from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
 from taskopt.kinematics.objective.distance import Nearest, checked_temperature
 from taskopt.kinematics.robot.robot import Robot
 

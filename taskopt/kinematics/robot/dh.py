@@ -1,16 +1,18 @@
-"""Arms from Denavit–Hartenberg rows."""
+"""Chains from Denavit–Hartenberg rows, with capsules as links."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.tolerances import SAME_POINT
+from taskopt.kinematics.engine import Model
 from taskopt.kinematics.geometry.coal import add_capsule
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot.parts import Parts
@@ -18,9 +20,21 @@ from taskopt.kinematics.robot.parts import Parts
 
 @dataclass(frozen=True)
 class DHRow:
-    """A_i = Rz(ϑ) Tz(d) Tx(a) Rx(α), the classic convention (2.52); lengths [m], angles [rad].
+    """One row of the classic Denavit–Hartenberg table, A = Rz(ϑ) Tz(d) Tx(a) Rx(α).
 
-    The joint adds its coordinate to ϑ if revolute, to d if prismatic. Limits default to none.
+    The joint adds its coordinate to ϑ if it is revolute, and to d if it is prismatic.
+
+    Attributes:
+        a: [m].
+        alpha: α [rad].
+        d: [m].
+        theta: ϑ [rad].
+        joint: "revolute" or "prismatic".
+        lower: lower position limit [rad or m]; −inf is none.
+        upper: upper position limit [rad or m]; +inf is none.
+        velocity: velocity limit [rad/s or m/s]; +inf is none.
+
+    Source: (2.52) of the textbook.
     """
 
     a: float
@@ -44,7 +58,10 @@ class DHRow:
 
     @property
     def constant(self) -> Array:
-        """A_i (4, 4) at coordinate zero; Rz and Tz commute with either joint, so the joint may come first."""
+        """Transform A (4, 4) at coordinate zero [m].
+
+        Rz and Tz commute with the motion of either joint, so the joint may stand before this transform.
+        """
         ct, st, ca, sa = np.cos(self.theta), np.sin(self.theta), np.cos(self.alpha), np.sin(self.alpha)
         return np.array(
             [
@@ -63,7 +80,21 @@ def build_dh(
     tool: ArrayLike | None = None,
     radius: float | None = None,
 ) -> Parts:
-    """The parts of a chain: tree and one capsule for each straight piece of a link."""
+    """Make the parts of a chain: its tree, and one capsule for each straight piece of a link.
+
+    Args:
+        rows: one row for each joint, from the base on.
+        name: name of the robot.
+        base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
+        tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
+        radius: of the capsules [m]; default: 6 % of the longest length.
+
+    Returns:
+        The parts of the robot.
+
+    Raises:
+        InvalidValue: there is no row, a pose is none, or the radius is not positive.
+    """
     if not rows:
         raise InvalidValue("an arm needs at least one Denavit–Hartenberg row")
     if radius is None:
@@ -77,7 +108,8 @@ def build_dh(
         placement = row.constant
         _add_frame(model, f"link{i}", joint, placement)
         corner = np.array([0.0, 0.0, row.d])
-        pieces = [p for p in ((np.zeros(3), corner), (corner, placement[:3, 3])) if not np.allclose(*p)]
+        ends = (np.zeros(3), corner), (corner, placement[:3, 3])
+        pieces = [piece for piece in ends if np.linalg.norm(piece[1] - piece[0]) > SAME_POINT]
         for k, (start, stop) in enumerate(pieces or [(corner, corner)]):
             add_capsule(shapes, f"link{i}_{k}", joint, start, stop, radius)
     tip = np.eye(4) if tool is None else checked_pose("tool", tool)
@@ -85,7 +117,8 @@ def build_dh(
     return Parts(model, shapes, None, name)
 
 
-def _add_joint(model: Any, parent: int, placement: Array, name: str, row: DHRow) -> int:
+def _add_joint(model: Model, parent: int, placement: Array, name: str, row: DHRow) -> int:
+    """Add the joint of a row at a pose (4, 4) in its parent; return its index."""
     kind = pin.JointModelRZ() if row.joint == "revolute" else pin.JointModelPZ()
     limits = (np.array([x]) for x in (np.inf, row.velocity, row.lower, row.upper))
     joint = model.addJoint(parent, kind, pin.SE3(placement), name, *limits)
@@ -93,6 +126,7 @@ def _add_joint(model: Any, parent: int, placement: Array, name: str, row: DHRow)
     return joint
 
 
-def _add_frame(model: Any, name: str, joint: int, placement: Array) -> None:
+def _add_frame(model: Model, name: str, joint: int, placement: Array) -> None:
+    """Add a body frame at a pose (4, 4) in its joint."""
     parent_frame = model.getFrameId(model.names[joint])
     model.addFrame(pin.Frame(name, joint, parent_frame, pin.SE3(placement), pin.FrameType.BODY))

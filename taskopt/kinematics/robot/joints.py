@@ -1,17 +1,17 @@
-"""What the coordinates of a joint mean, decided by the joint's type and never by a number.
+"""Meaning of the coordinates of joints, decided by the joint's type and never by a number.
 
-Files write "no limit" in many ways: 0 for a velocity, ±1.01 on the cosine and sine of a continuous
-joint, 1.8e308 on a free-flyer. Only a coordinate that is its own velocity's integral can have a
-position limit.
+Files write "no limit" in many ways: 0 for a velocity, ±1.01 on the cosine and sine of a continuous joint,
+1.8e308 on a free-flyer. Only a coordinate that is the integral of its own velocity can have a position
+limit.
 """
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
+from taskopt.kinematics.engine import JointModel, Model
 
 _LINEAR = ("vx", "vy", "vz")
 _ANGULAR = ("wx", "wy", "wz")
@@ -26,65 +26,93 @@ _UNIT_NORM = {  # the part of the joint's q that has norm 1
     "JointModelPlanar": slice(2, 4),
     "JointModelSpherical": slice(0, 4),
 }
-_BEYOND_ANY_ROBOT = 1e300  # Pinocchio's own "no limit" is the largest float
+_BEYOND_ANY_ROBOT = 1e300  # Pinocchio's own "no limit" is the largest float, 1.8e308
 
 
-@dataclass
-class Coordinates:
-    """Per velocity: name, unit, limits, and where in q its coordinate stands (−1: nowhere)."""
+@dataclass(frozen=True, eq=False)
+class JointTable:
+    """Names, units and limits of all velocities of a robot, in Pinocchio's order.
 
-    names: list[str] = field(default_factory=list)
-    units: list[str] = field(default_factory=list)
-    position_index: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    position_lower: Array = field(default_factory=lambda: np.empty(0))
-    position_upper: Array = field(default_factory=lambda: np.empty(0))
-    velocity_limit: Array = field(default_factory=lambda: np.empty(0))
-    unit_norm: list[tuple[str, slice]] = field(default_factory=list)  # joint, its unit part of q
+    Attributes:
+        names: (nv) name of each velocity: the joint's, with a suffix if the joint has several.
+        units: (nv) "rad" or "m", the unit of the coordinate whose rate the velocity is.
+        position_index: (nv,) place of that coordinate in q; −1 if no coordinate has that rate.
+        position_lower: (nv,) [rad, m]; −inf where there is no limit.
+        position_upper: (nv,) [rad, m]; +inf where there is no limit.
+        velocity_limit: (nv,) [rad/s, m/s]; +inf where there is no limit.
+        unit_norm: for each joint with a quaternion or (cos, sin) its name, and the place of these in q.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    position_index: IntArray
+    position_lower: Array
+    position_upper: Array
+    velocity_limit: Array
+    unit_norm: tuple[tuple[str, slice], ...]
 
 
-def coordinates(model: Any) -> Coordinates:
-    """Read a pin.Model; raise `InvalidValue` where lower > upper, or for mimic joints."""
-    out = Coordinates(
-        position_index=np.full(model.nv, -1, dtype=np.int64),
-        position_lower=np.full(model.nv, -np.inf),
-        position_upper=np.full(model.nv, np.inf),
-        velocity_limit=_no_limit_is_inf(np.array(model.upperVelocityLimit)),
-    )
+def joint_table(model: Model) -> JointTable:
+    """Read names, units and limits of the velocities of a model.
+
+    Args:
+        model: the kinematic tree.
+
+    Returns:
+        The table; its arrays are read-only.
+
+    Raises:
+        InvalidValue: a joint has a lower limit above its upper one, or mimics another joint.
+    """
+    names: list[str] = []
+    units: list[str] = []
+    unit_norm: list[tuple[str, slice]] = []
+    index = np.full(model.nv, -1, dtype=np.int64)
+    lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)
     for name, joint in list(zip(model.names, model.joints, strict=True))[1:]:
         kind = joint.shortname()
         if kind == "JointModelMimic":
             raise InvalidValue(f"joint {name} mimics another; load the model with mimic=False")
-        out.names += _velocity_names(name, kind, joint.nv)
-        out.units += _units(kind, joint.nv)
+        names += _velocity_names(name, kind, joint.nv)
+        units += _units(kind, joint.nv)
         if part := _unit_part(kind, joint.nq):
-            out.unit_norm.append((name, slice(joint.idx_q + part.start, joint.idx_q + part.stop)))
+            unit_norm.append((name, slice(joint.idx_q + part.start, joint.idx_q + part.stop)))
         elif joint.nq == joint.nv:
-            _take_limits(out, model, name, joint)
-    return out
+            columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+            index[columns] = np.arange(joint.idx_q, joint.idx_q + joint.nq)
+            lower[columns], upper[columns] = _position_limits(model, name, joint)
+    velocity = _no_limit_is_inf(np.array(model.upperVelocityLimit))
+    for array in (index, lower, upper, velocity):
+        array.setflags(write=False)
+    return JointTable(tuple(names), tuple(units), index, lower, upper, velocity, tuple(unit_norm))
 
 
-def _take_limits(out: Coordinates, model: Any, name: str, joint: Any) -> None:
-    columns, places = slice(joint.idx_v, joint.idx_v + joint.nv), slice(joint.idx_q, joint.idx_q + joint.nq)
+def _position_limits(model: Model, name: str, joint: JointModel) -> tuple[Array, Array]:
+    """Return the position limits (nv of the joint,) of a joint, with ±inf where there is none."""
+    places = slice(joint.idx_q, joint.idx_q + joint.nq)
     lower = np.array(model.lowerPositionLimit[places])
     upper = np.array(model.upperPositionLimit[places])
     if (lower > upper).any():
         raise InvalidValue(f"joint {name} has position limits {lower} to {upper}; lower must be ≤ upper")
-    out.position_index[columns] = np.arange(places.start, places.stop)
-    out.position_lower[columns] = np.where(lower <= -_BEYOND_ANY_ROBOT, -np.inf, lower)
-    out.position_upper[columns] = np.where(upper >= _BEYOND_ANY_ROBOT, np.inf, upper)
+    lower[lower <= -_BEYOND_ANY_ROBOT] = -np.inf
+    upper[upper >= _BEYOND_ANY_ROBOT] = np.inf
+    return lower, upper
 
 
 def _no_limit_is_inf(velocity: Array) -> Array:
+    """Replace every number that means "no velocity limit" by inf."""
     return np.where((velocity > 0.0) & (velocity < _BEYOND_ANY_ROBOT), velocity, np.inf)
 
 
 def _velocity_names(name: str, kind: str, nv: int) -> list[str]:
+    """Name the velocities of a joint, as in "elbow" or "root_joint.vx"."""
     if nv == 1:
         return [name]
     return [f"{name}.{suffix}" for suffix in _SUFFIXES.get(kind, tuple(map(str, range(nv))))]
 
 
 def _units(kind: str, nv: int) -> list[str]:
+    """Return the unit of each coordinate of a joint, "m" or "rad"."""
     if nv > 1:
         return ["m" if suffix in _LINEAR else "rad" for suffix in _SUFFIXES.get(kind, ("",) * nv)]
     prismatic = kind.startswith("JointModelP")
@@ -92,6 +120,7 @@ def _units(kind: str, nv: int) -> list[str]:
 
 
 def _unit_part(kind: str, nq: int) -> slice | None:
+    """Return which part of a joint's q has norm 1, or None."""
     if kind.startswith(("JointModelRUB", "JointModelRevoluteUnbounded")):
         return slice(0, nq)
     return _UNIT_NORM.get(kind)

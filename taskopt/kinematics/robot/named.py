@@ -1,4 +1,4 @@
-"""Robots by name: every URDF of the package example-robot-data (extra taskopt[robots])."""
+"""Robots by name: every URDF of the package example-robot-data, the extra `taskopt[robots]`."""
 
 import sys
 from collections import Counter
@@ -22,7 +22,19 @@ _FLOATING = {
 
 
 def load_named(name: str, floating: bool | None = None) -> Parts:
-    """The parts of a named robot; raise `UnknownName`, or `NotInstalled` without the extra."""
+    """Read the parts of a robot by name.
+
+    Args:
+        name: one of `robot_names`.
+        floating: give the robot a floating base; None: if it walks or flies.
+
+    Returns:
+        The parts of the robot.
+
+    Raises:
+        UnknownName: there is no robot of that name.
+        NotInstalled: the extra `taskopt[robots]` is not installed.
+    """
     share = _share()
     if share is None:
         raise NotInstalled(f"the robot '{name}'", "'taskopt[robots]'")
@@ -34,12 +46,17 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
 
 
 def robot_names() -> tuple[str, ...]:
-    """Names that `Robot.load` knows, sorted; none if the extra is not installed."""
+    """Return the names that `Robot.load` knows, sorted; none if the extra is not installed."""
     return tuple(sorted(_files()))
 
 
 def floats(path: Path, srdf: Path | None) -> bool:
-    """Whether a robot gets a floating base unless the caller says otherwise."""
+    """Return True if a robot gets a floating base unless the caller says otherwise.
+
+    Args:
+        path: its URDF file.
+        srdf: its SRDF file, or None.
+    """
     if path.stem in _FLOATING:
         return True
     rooted = [s for s in (named_states(srdf).values() if srdf else ()) if len(s.get("root_joint", ())) == 7]
@@ -50,18 +67,19 @@ def floats(path: Path, srdf: Path | None) -> bool:
 
 
 def _path(name: str) -> Path:
+    """Return the URDF file of a robot; raise `UnknownName`."""
     files = _files()
     if name not in files:
-        twins = [known for known in files if known.endswith(f"/{name}")]
+        longer = [known for known in files if known.endswith(f"/{name}")]
         raise UnknownName(
-            "robot", name, files, f"({' and '.join(twins)} have that file name)" if twins else ""
+            "robot", name, files, f"({' and '.join(longer)} have that file name)" if longer else ""
         )
     return files[name]
 
 
 @cache
 def _share() -> Path | None:
-    """The folder that package:// of the robots starts from: of the wheel, or of an environment."""
+    """Find the folder that package:// of the robots starts from, in the wheel or in the environment."""
     folders = [Path(sys.prefix) / "share"]
     with suppress(PackageNotFoundError):
         folders.insert(0, Path(str(distribution("example-robot-data").locate_file("cmeel.prefix/share"))))
@@ -70,7 +88,10 @@ def _share() -> Path | None:
 
 @cache
 def _files() -> dict[str, Path]:
-    """Name → URDF; the file's stem, with the description's folder before it where two share a stem."""
+    """Map names to URDF files.
+
+    A name is the file's stem, with the folder of the description before it where two files share a stem.
+    """
     share = _share()
     if share is None:
         return {}
@@ -80,10 +101,11 @@ def _files() -> dict[str, Path]:
 
 
 def _folder(path: Path) -> str:
+    """Return the name of the description that a file belongs to."""
     return path.parents[1].name.removesuffix("_description")
 
 
 def _srdf_of(path: Path) -> Path | None:
-    """The SRDF of the same stem, else the description's only one."""
+    """Find the SRDF file of the same stem, else the description's only one, else None."""
     files = {f.stem: f for f in path.parents[1].glob("srdf/*.srdf")}
     return files.get(path.stem) or (next(iter(files.values())) if len(files) == 1 else None)

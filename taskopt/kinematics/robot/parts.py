@@ -1,34 +1,52 @@
-"""What a robot is made from, whatever it was read from; joints can be locked in it."""
+"""Parts of a robot, as every reader makes them; joints can be locked in them."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from typing_extensions import TypeAliasType
 
 from taskopt.arrays import Array
+from taskopt.kinematics.engine import GeometryModel, Model
 
-Shapes = Any  # a pin.GeometryModel, None, or a function that loads one on first use
+Shapes = TypeAliasType("Shapes", GeometryModel | Callable[[], GeometryModel] | None)
+"""Shapes, or a function that loads them on first use, or None for no shapes."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Tree, shapes and named postures (nq,)."""
+    """Tree, shapes and named postures of a robot.
 
-    model: Any
+    Attributes:
+        model: the kinematic tree.
+        geometry: collision shapes, or a function that loads them.
+        visual: shapes to draw, or a function that loads them; None: the collision shapes.
+        name: name of the robot.
+        postures: named configurations (nq,) [rad, m].
+    """
+
+    model: Model
     geometry: Shapes = None
     visual: Shapes = None
     name: str = "robot"
     postures: Mapping[str, Array] = field(default_factory=dict)
 
     def locked(self, ids: Sequence[int], q: Array) -> "Parts":
-        """The parts with the joints `ids` held where q has them."""
+        """Make the parts of a robot in which some joints are fixed.
 
-        def reduced(shapes: Shapes) -> Callable[[], Any]:
+        Args:
+            ids: Pinocchio's indices of the joints to fix.
+            q: configuration (nq,) [rad, m] at which they are held.
+
+        Returns:
+            New parts; shapes are still loaded on first use only.
+        """
+
+        def reduced(shapes: Shapes) -> Callable[[], GeometryModel]:
             return lambda: pin.buildReducedModel(self.model, self._with_frames(shapes), list(ids), q)[1]
 
         return Parts(
@@ -39,8 +57,8 @@ class Parts:
             {name: self._kept(posture, ids) for name, posture in self.postures.items()},
         )
 
-    def _with_frames(self, shapes: Shapes) -> Any:
-        """The shapes, each with a parent frame: Pinocchio crashes on the ones built without."""
+    def _with_frames(self, shapes: Shapes) -> GeometryModel:
+        """Copy the shapes, and give each a parent frame; Pinocchio crashes on shapes without one."""
         model = pin.GeometryModel(loaded(shapes))
         for shape in model.geometryObjects:
             if shape.parentFrame >= self.model.nframes:
@@ -48,13 +66,20 @@ class Parts:
         return model
 
     def _kept(self, q: Array, ids: Sequence[int]) -> Array:
-        """The part of q that belongs to the joints that stay."""
+        """Return the part of a configuration that belongs to the joints that are not fixed."""
         joints = [joint for i, joint in enumerate(self.model.joints) if i > 0 and i not in ids]
         return np.concatenate([np.empty(0), *(q[j.idx_q : j.idx_q + j.nq] for j in joints)])
 
 
-def loaded(shapes: Shapes) -> Any:
-    """The pin.GeometryModel itself; an empty one for None."""
+def loaded(shapes: Shapes) -> GeometryModel:
+    """Load shapes if they are not loaded yet.
+
+    Args:
+        shapes: the shapes, a function that loads them, or None.
+
+    Returns:
+        The shapes (`pin.GeometryModel`); an empty model for None.
+    """
     if shapes is None:
         return pin.GeometryModel()
     return shapes() if callable(shapes) else shapes

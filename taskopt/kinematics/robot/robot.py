@@ -1,4 +1,4 @@
-"""A robot: names, limits, kinematic tree, shapes. It holds no state; a `Configuration` does."""
+"""Robots: names, limits, kinematic tree and shapes. A robot holds no state; a `Configuration` does."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -6,15 +6,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
+from taskopt.hierarchy.tolerances import JOINT_RANGE, UNIT_NORM
+from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.robot.dh import DHRow, build_dh
-from taskopt.kinematics.robot.joints import coordinates
+from taskopt.kinematics.robot.joints import joint_table
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
 from taskopt.kinematics.robot.urdf import read_urdf
@@ -23,23 +24,50 @@ _ALWAYS = ("neutral", "middle")  # postures that every robot has
 
 
 class Robot:
-    """A kinematic tree (pin.Model) with named joints, frames, limits and postures.
+    """A kinematic tree (`pin.Model`) with named joints, frames, limits and postures.
 
-    `geometry` holds the collision shapes and `visual` what a viewer draws; either may be a function
-    that is called on first use, since meshes take seconds to load. Limits are what the joint's type
-    allows: a continuous joint or a free-flyer has no position limit, 0 in the file is no velocity
-    limit. Units: m, rad, s; velocities are those of Pinocchio, in the joint's own frame.
+    Limits are what the joint's type allows: a continuous joint or a free-flyer has no position limit, and 0
+    in the file is no velocity limit. Velocities are those of Pinocchio, in the joint's own frame.
+
+    Attributes:
+        model: the kinematic tree.
+        name: name of the robot.
+        nq: how many numbers a configuration q has.
+        nv: how many numbers a velocity v has.
+        joints: names of the movable joints.
+        velocity_names: (nv) name of each velocity.
+        coordinate_units: (nv) "rad" or "m", the unit of the coordinate whose rate each velocity is.
+        position_index: (nv,) place of that coordinate in q; −1 if no coordinate has that rate.
+        position_lower: (nv,) [rad, m], −inf where there is no limit.
+        position_upper: (nv,) [rad, m], +inf where there is no limit.
+        velocity_limit: (nv,) [rad/s, m/s], +inf where there is no limit.
+        neutral: (nq,) Pinocchio's neutral configuration.
+        postures: named configurations (nq,), "neutral" and "middle" among them.
     """
 
     def __init__(
         self,
-        model: Any,
+        model: Model,
         geometry: Shapes = None,
         visual: Shapes = None,
         *,
         name: str | None = None,
         postures: Mapping[str, ArrayLike] | None = None,
     ) -> None:
+        """Make a robot from a kinematic tree.
+
+        Args:
+            model: the kinematic tree (`pin.Model`).
+            geometry: collision shapes (`pin.GeometryModel`), or a function that loads them on first use,
+                since meshes take seconds to load; None: no shapes.
+            visual: what a viewer draws, likewise; None: the collision shapes.
+            name: name of the robot; default: the model's.
+            postures: named configurations (nq,) [rad, m].
+
+        Raises:
+            InvalidValue: the model is no `pin.Model`, has wrong limits or mimic joints, or a posture does not
+                fit it.
+        """
         if not isinstance(model, pin.Model):
             raise InvalidValue(
                 f"a robot is made from a pin.Model, got {model!r}; for a name use Robot.load, for a file "
@@ -50,14 +78,14 @@ class Robot:
         self.nq: int = model.nq
         self.nv: int = model.nv
         self.joints: tuple[str, ...] = tuple(model.names)[1:]
-        known = coordinates(model)
-        self.velocity_names: tuple[str, ...] = tuple(known.names)
-        self.coordinate_units: tuple[str, ...] = tuple(known.units)
-        self.position_index: IntArray = _frozen(known.position_index)
-        self.position_lower: Array = _frozen(known.position_lower)
-        self.position_upper: Array = _frozen(known.position_upper)
-        self.velocity_limit: Array = _frozen(known.velocity_limit)
-        self._unit_norm = tuple(known.unit_norm)
+        table = joint_table(model)
+        self.velocity_names = table.names
+        self.coordinate_units = table.units
+        self.position_index = table.position_index
+        self.position_lower = table.position_lower
+        self.position_upper = table.position_upper
+        self.velocity_limit = table.velocity_limit
+        self._unit_norm = table.unit_norm
         self._geometry, self._visual = geometry, visual
         self.neutral: Array = _frozen(pin.neutral(model))
         given = {key: self.checked_q(q) for key, q in (postures or {}).items()}
@@ -65,10 +93,19 @@ class Robot:
 
     @staticmethod
     def load(name: str, lock: Iterable[str] = (), floating: bool | None = None) -> "Robot":
-        """A robot of the extra taskopt[robots] by name, as `taskopt list` shows them.
+        """Load a robot of the extra `taskopt[robots]` by name.
 
-        It gets a floating base if it walks or flies, unless `floating` says otherwise. Raises
-        `UnknownName`, or `NotInstalled` without the extra.
+        Args:
+            name: one of the names that `taskopt list` shows.
+            lock: names of joints that are held where they are in neutral, moved into their limits.
+            floating: give the robot a floating base; default: if it walks or flies.
+
+        Returns:
+            The robot.
+
+        Raises:
+            UnknownName: there is no robot, or no joint, of that name.
+            NotInstalled: the extra is not installed.
         """
         return Robot._of(load_named(name, floating)).lock(lock)
 
@@ -81,10 +118,23 @@ class Robot:
         srdf: str | Path | None = None,
         meshes: bool = True,
     ) -> "Robot":
-        """A robot from a URDF file, with the postures of an SRDF file if one is given.
+        """Read a robot from a URDF file, with the postures of an SRDF file if one is given.
 
-        `package_dirs` is where package:// is looked for; default: the folders above the file.
-        Raises `MissingFile` for the file, its SRDF, or a mesh; `meshes=False` does without shapes.
+        Args:
+            path: the URDF file.
+            package_dirs: folders in which package:// is looked for; default: those above the file.
+            lock: names of joints that are held where they are in neutral, moved into their limits.
+            floating: give the robot a floating base.
+            srdf: file with named postures and with pairs of links that are never checked for collision.
+            meshes: False does without shapes.
+
+        Returns:
+            The robot.
+
+        Raises:
+            MissingFile: the file, its SRDF or a mesh is not there.
+            InvalidValue: Pinocchio cannot read the file.
+            UnknownName: a joint to lock does not exist.
         """
         return Robot._of(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
 
@@ -96,33 +146,59 @@ class Robot:
         tool: ArrayLike | None = None,
         radius: float | None = None,
     ) -> "Robot":
-        """A chain from Denavit–Hartenberg rows (2.52), with capsules of `radius` [m] as links.
+        """Make a chain from Denavit–Hartenberg rows, with capsules as links.
 
-        Joints are joint1, joint2, …; frame link i is the Denavit–Hartenberg frame i, and "tip" stands
-        at `tool` (4, 4) in the last of them. `base` (4, 4) places frame 0 in the world.
+        Joints are named joint1, joint2, …. Frame link i is the Denavit–Hartenberg frame i.
+
+        Args:
+            rows: one row for each joint, from the base on.
+            name: name of the robot.
+            base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
+            tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
+            radius: of the capsules [m]; default: 6 % of the longest length.
+
+        Returns:
+            The robot.
+
+        Raises:
+            InvalidValue: there is no row, a pose is none, or the radius is not positive.
+
+        Source: (2.52) of the textbook.
         """
         return Robot._of(build_dh(tuple(rows), name, base, tool, radius))
 
     @staticmethod
     def _of(parts: Parts) -> "Robot":
+        """Make a robot of its parts."""
         return Robot(parts.model, parts.geometry, parts.visual, name=parts.name, postures=parts.postures)
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, nq={self.nq}, nv={self.nv})"
 
     @cached_property
-    def geometry(self) -> Any:
-        """Collision shapes (pin.GeometryModel); raise `MissingFile` if a mesh is not there."""
+    def geometry(self) -> GeometryModel:
+        """Collision shapes (`pin.GeometryModel`), loaded on first use.
+
+        Raises:
+            MissingFile: a mesh is not there.
+        """
         return loaded(self._geometry)
 
     @cached_property
-    def visual(self) -> Any:
-        """What a viewer draws (pin.GeometryModel); the collision shapes where there is nothing else."""
+    def visual(self) -> GeometryModel:
+        """Shapes to draw (`pin.GeometryModel`), loaded on first use; else the collision shapes.
+
+        Raises:
+            MissingFile: a mesh is not there.
+        """
         return self.geometry if self._visual is None else loaded(self._visual)
 
     @cached_property
     def _frame_ids(self) -> dict[str, int]:
-        """One id a name; where a joint and a body share it, the body's, which stands at the same place."""
+        """Map names to Pinocchio's indices of frames.
+
+        Where a joint and a body share a name, the body's frame is taken, which is at the same place.
+        """
         ids = {frame.name: i for i, frame in enumerate(self.model.frames) if i > 0}
         bodies = {
             f.name: i for i, f in enumerate(self.model.frames) if i > 0 and f.type == pin.FrameType.BODY
@@ -131,50 +207,112 @@ class Robot:
 
     @cached_property
     def frames(self) -> tuple[str, ...]:
-        """Names of all frames but the world's."""
+        """Names of all frames except the world."""
         return tuple(self._frame_ids)
 
     @cached_property
     def column_joint(self) -> IntArray:
-        """(nv,) index of the joint that each velocity belongs to; along a chain it never decreases."""
+        """Index (nv,) of the joint that each velocity belongs to; along a chain it never decreases."""
         ids = [i for i, joint in enumerate(self.model.joints) if i > 0 for _ in range(joint.nv)]
-        return _frozen(np.array(ids, dtype=np.int64))
+        out = np.array(ids, dtype=np.int64)
+        out.setflags(write=False)
+        return out
 
     def frame_id(self, name: str) -> int:
-        """Pinocchio's index of a frame; raise `UnknownName`."""
+        """Return Pinocchio's index of a frame.
+
+        Args:
+            name: the frame.
+
+        Raises:
+            UnknownName: there is no frame of that name.
+        """
         if name not in self._frame_ids:
             raise UnknownName("frame", name, self.frames)
         return self._frame_ids[name]
 
     def frame_joint(self, name: str) -> int:
-        """Pinocchio's index of the joint that a frame is fixed to, 0 for the world; raise `UnknownName`."""
+        """Return Pinocchio's index of the joint to which a frame is fixed, 0 for the world.
+
+        Args:
+            name: the frame.
+
+        Raises:
+            UnknownName: there is no frame of that name.
+        """
         return self.model.frames[self.frame_id(name)].parentJoint
 
     def joint_id(self, name: str) -> int:
-        """Pinocchio's index of a movable joint; raise `UnknownName`."""
+        """Return Pinocchio's index of a movable joint.
+
+        Args:
+            name: the joint.
+
+        Raises:
+            UnknownName: there is no joint of that name.
+        """
         if name not in self.joints:
             raise UnknownName("joint", name, self.joints)
         return self.joints.index(name) + 1
 
     def velocity_index(self, joint: str) -> slice:
-        """Where the velocities of a joint stand in v; raise `UnknownName`."""
+        """Return the places of a joint's velocities in v.
+
+        Args:
+            joint: name of the joint.
+
+        Raises:
+            UnknownName: there is no joint of that name.
+        """
         found = self.model.joints[self.joint_id(joint)]
         return slice(found.idx_v, found.idx_v + found.nv)
 
     def support(self, frame: str) -> IntArray:
-        """Columns of the Jacobian that move a frame, in increasing order."""
+        """Return the columns of the Jacobian that move a frame.
+
+        Args:
+            frame: name of the frame.
+
+        Returns:
+            (k,) indices into v, in increasing order.
+
+        Raises:
+            UnknownName: there is no frame of that name.
+        """
         joint = self.model.frames[self.frame_id(frame)].parentJoint
         chain = [self.model.joints[i] for i in self.model.supports[joint] if i > 0]
         return np.array([c for j in chain for c in range(j.idx_v, j.idx_v + j.nv)], dtype=np.int64)
 
     def posture(self, name: str) -> Array:
-        """A copy of a named posture (nq,); raise `UnknownName`."""
+        """Return a copy of a named posture.
+
+        Args:
+            name: "neutral", "middle", or a name from the robot's SRDF.
+
+        Returns:
+            q (nq,) [rad, m].
+
+        Raises:
+            UnknownName: there is no posture of that name.
+        """
         if name not in self.postures:
             raise UnknownName("posture", name, self.postures)
         return self.postures[name].copy()
 
     def lock(self, names: Iterable[str], q: ArrayLike | None = None) -> "Robot":
-        """The robot with joints held where q has them; default: neutral, moved into the limits."""
+        """Make a robot in which some joints are fixed.
+
+        Args:
+            names: names of the joints to fix.
+            q: configuration (nq,) [rad, m] at which they are held; default: neutral, moved into the limits.
+
+        Returns:
+            A new robot without these joints; the robot itself if no joint is named.
+
+        Raises:
+            UnknownName: there is no joint of that name.
+            InvalidValue: q does not fit the robot.
+        """
         ids = [self.joint_id(name) for name in ([names] if isinstance(names, str) else names)]
         if not ids:
             return self
@@ -183,11 +321,22 @@ class Robot:
         return Robot._of(parts.locked(ids, self._inside(self.neutral) if q is None else self.checked_q(q)))
 
     def checked_q(self, q: ArrayLike) -> Array:
-        """A copy of q; raise `InvalidValue` for its size, NaN, inf, or a quaternion off norm 1 by 1e-6."""
+        """Copy a configuration from outside, after checking it, and normalise its quaternions.
+
+        Args:
+            q: (nq,) [rad, m].
+
+        Returns:
+            A new array (nq,).
+
+        Raises:
+            InvalidValue: q has the wrong size, a number that is not finite, or a quaternion (or cosine and
+                sine) whose norm is not 1.
+        """
         out = finite(f"q of {self.name}", q, (self.nq,))
         for joint, part in self._unit_norm:
             norm = float(np.linalg.norm(out[part]))
-            if abs(norm - 1.0) > 1e-6:
+            if abs(norm - 1.0) > UNIT_NORM:
                 what = "a unit quaternion" if part.stop - part.start == 4 else "cosine and sine"
                 raise InvalidValue(
                     f"q[{part.start}:{part.stop}] of {joint} must be {what}, got norm {norm:g}; normalise it"
@@ -197,48 +346,91 @@ class Robot:
 
     @cached_property
     def mass(self) -> float:
-        """Mass of all links [kg]; 0 for a robot whose links have no inertia."""
+        """Mass of all links together [kg]; 0 for a robot whose links have no inertia."""
         return float(pin.computeTotalMass(self.model))
 
     def carried(self) -> tuple[IntArray, Array]:
-        """For each joint, the world first: its parent; and (joints + 1, 4) the mass of the body that it
-        carries [kg], with the place of its centre in the joint's frame [m]."""
+        """Return the tree of joints and the bodies that they carry.
+
+        Returns:
+            Parent of each joint (joints + 1,), with the world as joint 0; and (joints + 1, 4): mass of the
+            body that the joint carries [kg], and the centre of that mass in the joint's frame [m].
+        """
         bodies = np.array([[body.mass, *body.lever] for body in self.model.inertias])
         bodies[0] = 0.0  # what is fixed to the world moves no centre of mass
         return np.array(self.model.parents, dtype=np.int64), bodies
 
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
-        """q ⊕ v dt, one Euler step on the manifold (3.48)."""
+        """Take one Euler step on the configuration manifold: q ⊕ v dt.
+
+        Args:
+            q: (nq,) [rad, m].
+            v: (nv,) [rad/s, m/s].
+            dt: [s].
+
+        Returns:
+            The configuration (nq,) after the step.
+
+        Source: (3.48).
+        """
         return pin.integrate(self.model, q, v * dt)
 
     def difference(self, q0: Array, q1: Array) -> Array:
-        """The velocity (nv,) that leads from q0 to q1 in unit time: q0 ⊕ difference(q0, q1) = q1."""
+        """Compute the velocity that leads from q0 to q1 in unit time: q0 ⊕ difference(q0, q1) = q1.
+
+        Args:
+            q0: (nq,) [rad, m].
+            q1: (nq,) [rad, m].
+
+        Returns:
+            (nv,) [rad/s, m/s].
+        """
         return pin.difference(self.model, q0, q1)
 
     def difference_rates(self, q0: Array, q1: Array) -> tuple[Array, Array]:
-        """(nv, nv) each: the derivative of difference(q0, q1) along the tangent at q0, and at q1."""
+        """Compute the derivatives of `difference(q0, q1)`.
+
+        Args:
+            q0: (nq,) [rad, m].
+            q1: (nq,) [rad, m].
+
+        Returns:
+            (nv, nv) derivative along the tangent at q0, and (nv, nv) derivative along the tangent at q1.
+        """
         from_q0, from_q1 = pin.dDifference(self.model, q0, q1)
         return from_q0, from_q1
 
-    def outside(self, q: Array, tolerance: float = 1e-9) -> tuple[str, ...]:
-        """One sentence for each joint that is outside its position limits by more than `tolerance`."""
+    def outside(self, q: Array, tolerance: float = JOINT_RANGE) -> tuple[str, ...]:
+        """Say which joints are outside their position limits.
+
+        Args:
+            q: (nq,) [rad, m].
+            tolerance: how far outside counts as inside [rad, m].
+
+        Returns:
+            One sentence for each joint outside.
+        """
         has = self.position_index >= 0
-        at = np.where(has, q[self.position_index], 0.0)
-        wrong = has & ((at < self.position_lower - tolerance) | (at > self.position_upper + tolerance))
+        value = np.where(has, q[self.position_index], 0.0)
+        wrong = has & ((value < self.position_lower - tolerance) | (value > self.position_upper + tolerance))
         return tuple(
-            f"{self.velocity_names[i]} at {at[i]:.6g} {self.coordinate_units[i]}, "
+            f"{self.velocity_names[i]} at {value[i]:.6g} {self.coordinate_units[i]}, "
             f"allowed {self.position_lower[i]:.6g} to {self.position_upper[i]:.6g}"
             for i in np.flatnonzero(wrong)
         )
 
     def _inside(self, q: Array) -> Array:
+        """Move a configuration (nq,) into the position limits."""
         out, has = q.copy(), self.position_index >= 0
         places = self.position_index[has]
         out[places] = np.clip(out[places], self.position_lower[has], self.position_upper[has])
         return out
 
     def _middle(self) -> Array:
-        """The middle of each bounded range; elsewhere neutral, moved into what one-sided limit there is."""
+        """Return the posture (nq,) in the middle of all two-sided ranges.
+
+        Joints without such a range are at neutral, moved into a one-sided limit if there is one.
+        """
         out = self._inside(self.neutral)
         two_sided = np.isfinite(self.position_lower) & np.isfinite(self.position_upper)
         middle = 0.5 * (self.position_lower[two_sided] + self.position_upper[two_sided])
@@ -246,6 +438,7 @@ class Robot:
         return _frozen(out)
 
 
-def _frozen(array: Any) -> Any:
+def _frozen(array: Array) -> Array:
+    """Make an array read-only."""
     array.setflags(write=False)
     return array

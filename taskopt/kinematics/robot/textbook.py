@@ -16,10 +16,24 @@ def planar_arm(
     velocity: ArrayLike = np.inf,
     radius: float | None = None,
 ) -> Robot:
-    """Arm with parallel revolute joints in the x-y plane, links of the lengths [m] given.
+    """Make an arm with parallel revolute joints, which moves in the x-y plane.
 
-    Three links are Fig. 2.20 with direct kinematics (2.83): x = a₁ c₁ + a₂ c₁₂ + a₃ c₁₂₃, likewise y.
-    Limits [rad], [rad/s] are a number for all joints, or one for each; none by default.
+    With three links: x = a₁ c₁ + a₂ c₁₂ + a₃ c₁₂₃, and y likewise with sines.
+
+    Args:
+        lengths: a (n,) [m], one for each link.
+        lower: lower position limits [rad], one number for all joints or one for each.
+        upper: upper position limits [rad], likewise.
+        velocity: velocity limits [rad/s], likewise.
+        radius: of the capsules that are the links [m]; default: 6 % of the longest link.
+
+    Returns:
+        The robot; its last frame is "tip".
+
+    Raises:
+        InvalidValue: a length is not finite, or the limits do not fit.
+
+    Source: Fig. 2.20 and (2.83) of the textbook.
     """
     a = finite("lengths", lengths, (None,))
     n = len(a)
@@ -31,4 +45,5 @@ def planar_arm(
 
 
 def _one_each(name: str, value: ArrayLike, n: int) -> list[float]:
+    """Return one limit for each joint, from one number for all or one for each."""
     return bound(name, np.full(n, value) if np.ndim(value) == 0 else value, (n,)).tolist()

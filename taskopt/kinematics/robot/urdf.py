@@ -6,7 +6,6 @@
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -14,6 +13,7 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, MissingFile
+from taskopt.kinematics.engine import GeometryModel, JointModel, Model
 from taskopt.kinematics.robot.parts import Parts
 
 
@@ -24,7 +24,22 @@ def read_urdf(
     srdf: str | Path | None = None,
     meshes: bool = True,
 ) -> Parts:
-    """The parts of a robot from a URDF file; every mesh that it refers to is looked for at once."""
+    """Read the parts of a robot from a URDF file, and look for every mesh that it refers to.
+
+    Args:
+        path: the URDF file.
+        package_dirs: folders in which package:// is looked for; default: those above the file.
+        floating: give the robot a floating base.
+        srdf: file with named postures and disabled pairs of links, or None.
+        meshes: False does without shapes.
+
+    Returns:
+        The parts; shapes are loaded on first use.
+
+    Raises:
+        MissingFile: the file, its SRDF or a mesh is not there.
+        InvalidValue: Pinocchio cannot read the file.
+    """
     path = _existing(path, "URDF")
     folders = _folders(path, package_dirs)
     if meshes:
@@ -35,9 +50,23 @@ def read_urdf(
 def lazy_parts(
     path: Path, folders: list[str], floating: bool, srdf: Path | None, meshes: bool = True
 ) -> Parts:
-    """The tree now, the shapes when they are asked for."""
+    """Read the tree of a robot now, and its shapes on first use.
 
-    def shapes(kind: Any) -> Any:
+    Args:
+        path: the URDF file.
+        folders: folders in which meshes are looked for.
+        floating: give the robot a floating base.
+        srdf: its SRDF file, or None.
+        meshes: False does without shapes.
+
+    Returns:
+        The parts of the robot.
+
+    Raises:
+        InvalidValue: Pinocchio cannot read the file.
+    """
+
+    def shapes(kind: pin.GeometryType) -> GeometryModel:
         require_meshes(path, folders)
         out = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
         if srdf is not None and kind == pin.GeometryType.COLLISION:
@@ -54,8 +83,19 @@ def lazy_parts(
     )
 
 
-def read_tree(path: Path, floating: bool) -> Any:
-    """The pin.Model of a URDF; raise `InvalidValue` if it is none."""
+def read_tree(path: Path, floating: bool) -> Model:
+    """Read the kinematic tree of a URDF file.
+
+    Args:
+        path: the URDF file.
+        floating: give the robot a floating base.
+
+    Returns:
+        The tree (`pin.Model`).
+
+    Raises:
+        InvalidValue: Pinocchio cannot read the file.
+    """
     try:
         if floating:
             return pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
@@ -65,7 +105,15 @@ def read_tree(path: Path, floating: bool) -> Any:
 
 
 def require_meshes(path: Path, folders: list[str]) -> None:
-    """Raise `MissingFile` for the first mesh of the URDF that is in none of the folders."""
+    """Look for every mesh that a URDF file refers to.
+
+    Args:
+        path: the URDF file.
+        folders: folders in which meshes are looked for.
+
+    Raises:
+        MissingFile: a mesh is in none of the folders.
+    """
     for mesh in _parse(path).iter("mesh"):
         filename = mesh.get("filename", "")
         if not _found(filename, folders):
@@ -76,7 +124,19 @@ def require_meshes(path: Path, folders: list[str]) -> None:
 
 
 def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
-    """Joint values of each `group_state`; states of one name over several groups are merged."""
+    """Read the joint values of each `group_state` of an SRDF file.
+
+    States of one name that belong to several groups are merged.
+
+    Args:
+        srdf: the SRDF file.
+
+    Returns:
+        For each state, the values [rad, m] of each of its joints.
+
+    Raises:
+        InvalidValue: the file is not XML.
+    """
     states: dict[str, dict[str, list[float]]] = {}
     for state in _parse(srdf).iter("group_state"):
         values = states.setdefault(state.get("name", ""), {})
@@ -85,10 +145,20 @@ def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
     return states
 
 
-def postures(srdf: Path, model: Any) -> dict[str, Array]:
-    """Configurations (nq,) of an SRDF: named joints from there, all others neutral.
+def postures(srdf: Path, model: Model) -> dict[str, Array]:
+    """Read the named configurations of an SRDF file; joints that it does not name are neutral.
 
-    A state most of whose joints the model lacks belongs to another variant of the robot, and is left out.
+    A state of which the model lacks most joints belongs to another variant of the robot, and is left out.
+
+    Args:
+        srdf: the SRDF file.
+        model: the kinematic tree.
+
+    Returns:
+        Configurations (nq,) [rad, m] by name.
+
+    Raises:
+        InvalidValue: the file is not XML.
     """
     out = {}
     for name, values in named_states(srdf).items():
@@ -102,22 +172,23 @@ def postures(srdf: Path, model: Any) -> dict[str, Array]:
     return out
 
 
-def _add_pairs(model: Any, shapes: Any, srdf: Path) -> None:
-    """Give the shapes all pairs but those that an SRDF disables; none where it disables none."""
+def _add_pairs(model: Model, shapes: GeometryModel, srdf: Path) -> None:
+    """Give the shapes all pairs except those that an SRDF disables; no pairs if it disables none."""
     if next(_parse(srdf).iter("disable_collisions"), None) is not None:
         shapes.addAllCollisionPairs()
         pin.removeCollisionPairs(model, shapes, str(srdf))
 
 
-def _set(q: Array, joint: Any, values: list[float]) -> None:
-    """Write a joint's value as SRDF states it: an angle even where q holds cosine and sine."""
+def _set(q: Array, joint: JointModel, values: list[float]) -> None:
+    """Write a joint's value into q; an SRDF states an angle even where q holds cosine and sine."""
     if len(values) == 1 and joint.nq == 2 and joint.nv == 1:
         values = [float(np.cos(values[0])), float(np.sin(values[0]))]
     if len(values) == joint.nq:
         q[joint.idx_q : joint.idx_q + joint.nq] = values
 
 
-def _parse(path: Path) -> Any:
+def _parse(path: Path) -> "ET.ElementTree[ET.Element]":
+    """Read an XML file; raise `InvalidValue` if it is none."""
     try:
         return ET.parse(path)
     except ET.ParseError as error:
@@ -125,6 +196,7 @@ def _parse(path: Path) -> Any:
 
 
 def _existing(path: str | Path, kind: str) -> Path:
+    """Return the absolute path of a file; raise `MissingFile` if it is not there."""
     path = Path(path).expanduser().resolve()
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
@@ -134,7 +206,7 @@ def _existing(path: str | Path, kind: str) -> Path:
 
 
 def _folders(path: Path, package_dirs: Iterable[str | Path] | None) -> list[str]:
-    """Where meshes are looked for: the folders given, or all above the file; its own in either case."""
+    """List the folders in which meshes are looked for: those given, or all above the file; always its own."""
     if package_dirs is None:
         return [str(folder) for folder in path.parents]
     if isinstance(package_dirs, str | Path):
@@ -143,7 +215,7 @@ def _folders(path: Path, package_dirs: Iterable[str | Path] | None) -> list[str]
 
 
 def _found(filename: str, folders: list[str]) -> bool:
-    """Whether Pinocchio will find a mesh: in the folders, or where an absolute name says."""
+    """Return True if Pinocchio will find a mesh, in one of the folders or under its absolute name."""
     scheme, _, inner = filename.rpartition("://")
     if Path(inner).is_absolute() and scheme in {"", "file"}:
         return Path(inner).is_file()

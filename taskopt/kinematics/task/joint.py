@@ -13,7 +13,7 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinates
+from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinate_table
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.rows import gains, rate_units, task_rate, weights
 
@@ -55,7 +55,7 @@ class JointTask:
         weight = weights(self.weight, columns.size)
         kept = weight > 0.0
         gain = gains(self.gain, columns.size)[kept]
-        kind = BoundPosture if (coordinates(robot)[columns, 0] == OTHER).any() else BoundJoints
+        kind = BoundPosture if (coordinate_table(robot)[columns, 0] == OTHER).any() else BoundJoints
         return kind(robot, name, as_target(self.target), space, columns[kept], gain, weight[kept])
 
 
@@ -88,7 +88,7 @@ class BoundJoints:
         self._reference, self._space, self._columns = reference, space, columns
         self.holds = isinstance(reference, Hold)
         m, nq, nv = columns.size, robot.nq, robot.nv
-        places = np.column_stack([columns, coordinates(robot)[columns]])
+        places = np.column_stack([columns, coordinate_table(robot)[columns]])
         self.program = np.concatenate([[m, nq, nv], places.ravel()])
         self._parts = np.cumsum([1, nq, nv, m])
         self.use(np.zeros(1 + nq + nv + 2 * m))

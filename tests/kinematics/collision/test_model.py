@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.collision.model import Collision, checked_obstacles
+from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.pairs import link_of, named_pairs, random_posture, self_pairs
 from taskopt.kinematics.geometry.coal import core, extent
-from taskopt.kinematics.geometry.shapes import Box, Sphere
+from taskopt.kinematics.geometry.shapes import Box, Sphere, checked_obstacles
 from taskopt.kinematics.robot import Robot, planar_arm
 from tests.helpers.near import robot
 
@@ -67,7 +67,7 @@ def test_what_cannot_meet_is_refused():
 
 
 def test_every_shape_that_moves_meets_every_obstacle():
-    """16 shapes of the Panda, the base not among them, against two spheres, of which the second gets a number."""
+    """16 shapes of the Panda, the base not among them, against spheres; the second gets a number."""
     of = Robot.load("panda")
     names = Collision.with_obstacles(
         of, [Sphere([1, 0, 0], 0.1), Sphere([2, 0, 0], 0.1), Box([0, 2, 0], [1, 1, 1])]
