@@ -33,7 +33,7 @@ class FrameView:
         joint_translation: (3,) [m] of the frame's joint in the world; changes with every update.
         placement: (4, 4) pose of the frame in its joint, constant.
         columns: (k,) columns of the Jacobian that move the frame, constant.
-        memory: the object that owns the memory of the views, kept alive by this reference.
+        memory: The object that owns the memory of the views, kept alive by this reference.
     """
 
     joint_rotation: Array
@@ -49,7 +49,7 @@ class Configuration:
     `update` moves it in place and allocates nothing, so a control loop keeps one configuration.
 
     Attributes:
-        robot: the robot.
+        robot: The robot.
         q: (nq,) [rad, m], overwritten by `update`.
         joint_jacobians: (6, nv), a view of Pinocchio's memory: for each velocity the spatial twist at the
             origin of the world, linear then angular, along the axes of the world.
@@ -61,7 +61,7 @@ class Configuration:
         """Place a robot at q.
 
         Args:
-            robot: the robot.
+            robot: The robot.
             q: (nq,) [rad, m].
 
         Raises:
@@ -96,13 +96,13 @@ class Configuration:
         """Return the views of a frame that kernels need.
 
         Args:
-            name: the frame.
+            name: The frame.
 
         Returns:
             Views that follow every `update`.
 
         Raises:
-            UnknownName: the robot has no frame of that name.
+            UnknownName: The robot has no frame of that name.
         """
         if name not in self._views:
             frame = self._model.frames[self.robot.frame_id(name)]
@@ -120,13 +120,13 @@ class Configuration:
         """Compute the pose of a frame.
 
         Args:
-            frame: name of the frame.
+            frame: Name of the frame.
 
         Returns:
             (4, 4) pose in the world, translation in [m]; a new array.
 
         Raises:
-            UnknownName: the robot has no frame of that name.
+            UnknownName: The robot has no frame of that name.
 
         Source: (3.1).
         """
@@ -147,7 +147,7 @@ class Configuration:
         """Compute the geometric Jacobian of a frame, which maps v (nv,) to its velocity.
 
         Args:
-            frame: name of the frame.
+            frame: Name of the frame.
             expressed: "world" for rows along the axes of the world, "own" for the axes of the frame.
 
         Returns:
@@ -155,7 +155,7 @@ class Configuration:
             of v]; a new array.
 
         Raises:
-            UnknownName: the robot has no frame of that name.
+            UnknownName: The robot has no frame of that name.
             InvalidValue: `expressed` is another word.
 
         Source: (3.5), and (3.31) for the columns.
@@ -182,13 +182,13 @@ class Configuration:
         """Compute the derivative of a frame's Jacobian along the axes of the world.
 
         Args:
-            frame: name of the frame.
+            frame: Name of the frame.
 
         Returns:
             (6, nv, nv) array; its entry [:, j, k] is ∂J[:, j]/∂q_k, with q_k along the tangent.
 
         Raises:
-            UnknownName: the robot has no frame of that name.
+            UnknownName: The robot has no frame of that name.
         """
         nv = self.robot.nv
         out = np.empty((6, nv, nv))

@@ -163,7 +163,7 @@ def homogeneous(rotation: ArrayLike, translation: ArrayLike) -> Array:
         (4, 4) pose [R, p; 0, 1].
 
     Raises:
-        InvalidValue: the shapes do not fit, a number is not finite, or R is not a rotation.
+        InvalidValue: The shapes do not fit, a number is not finite, or R is not a rotation.
     """
     out = np.eye(4)
     out[:3, :3] = finite("rotation", rotation, (3, 3))
@@ -175,14 +175,14 @@ def checked_pose(name: str, value: ArrayLike) -> Array:
     """Copy a pose from outside, after checking it.
 
     Args:
-        name: what the error message calls the pose.
+        name: What the error message calls the pose.
         value: (4, 4) pose, translation in [m].
 
     Returns:
         A new array (4, 4).
 
     Raises:
-        InvalidValue: the shape is another, a number is not finite, the upper left part is not a rotation,
+        InvalidValue: The shape is another, a number is not finite, the upper left part is not a rotation,
             or the last row is not 0 0 0 1.
     """
     T = finite(name, value, (4, 4))

@@ -43,7 +43,7 @@ def plain(value: Value) -> ArrayLike | Mapping[str, float]:
     """Replace a pose object by its homogeneous matrix.
 
     Args:
-        value: an array, numbers, a mapping from joint to number, or an object such as `pin.SE3`.
+        value: An array, numbers, a mapping from joint to number, or an object such as `pin.SE3`.
 
     Returns:
         The matrix (4, 4) of a pose object; anything else as it is.
@@ -57,7 +57,7 @@ class Space(Protocol):
     """A space of values of one kind.
 
     Attributes:
-        tangent: how many numbers a rate has.
+        tangent: How many numbers a rate has.
     """
 
     tangent: int
@@ -66,14 +66,14 @@ class Space(Protocol):
         """Turn what a user wrote into a checked array of this space.
 
         Args:
-            value: the value; the classes say which forms they take.
-            start: value at the start of the run, from which everything is taken that `value` leaves open.
+            value: The value; the classes say which forms they take.
+            start: Value at the start of the run, from which everything is taken that `value` leaves open.
 
         Returns:
             A new array.
 
         Raises:
-            InvalidValue: the value is of no accepted form, or not finite.
+            InvalidValue: The value is of no accepted form, or not finite.
         """
         ...
 
@@ -81,12 +81,12 @@ class Space(Protocol):
         """Write `convert(value, start)` into an array, without checks where the value has the usual form.
 
         Args:
-            value: the value. If it has the usual form, the tick checks later that it is finite and a pose.
-            start: value at the start of the run.
-            out: receives the value.
+            value: The value. If it has the usual form, the tick checks later that it is finite and a pose.
+            start: Value at the start of the run.
+            out: Receives the value.
 
         Raises:
-            InvalidValue: the value is of no accepted form.
+            InvalidValue: The value is of no accepted form.
         """
         ...
 
@@ -94,13 +94,13 @@ class Space(Protocol):
         """Turn what a user wrote as a rate into a checked tangent vector.
 
         Args:
-            rate: the rate; the classes say which forms they take.
+            rate: The rate; the classes say which forms they take.
 
         Returns:
             (tangent,) new array.
 
         Raises:
-            InvalidValue: the rate is of no accepted form, or not finite.
+            InvalidValue: The rate is of no accepted form, or not finite.
         """
         ...
 
@@ -108,11 +108,11 @@ class Space(Protocol):
         """Write `convert_rate(rate)` into an array, without checks where the rate has the usual form.
 
         Args:
-            rate: the rate. If it has the usual form, the tick checks later that it is finite.
+            rate: The rate. If it has the usual form, the tick checks later that it is finite.
             out: (tangent,) receives the rate.
 
         Raises:
-            InvalidValue: the rate is of no accepted form.
+            InvalidValue: The rate is of no accepted form.
         """
         ...
 
@@ -120,8 +120,8 @@ class Space(Protocol):
         """Compute the constant rate that leads from one value to another in unit time.
 
         Args:
-            a: value to begin at.
-            b: value to end at.
+            a: Value to begin at.
+            b: Value to end at.
 
         Returns:
             (tangent,) new array.
@@ -132,9 +132,9 @@ class Space(Protocol):
         """Write where a constant rate leads in unit time.
 
         Args:
-            a: value to begin at.
+            a: Value to begin at.
             delta: (tangent,) rate.
-            out: receives the value at the end.
+            out: Receives the value at the end.
         """
         ...
 
@@ -154,8 +154,8 @@ class PoseSpace:
         """Make the space of a frame.
 
         Args:
-            name: what error messages call a value.
-            angular: rates (3,) are angular.
+            name: What error messages call a value.
+            angular: Rates (3,) are angular.
         """
         self._name, self._angular = name, angular
 
@@ -217,16 +217,16 @@ class PostureSpace:
     that are not named have rate zero. Differences and moves are those of the configuration manifold.
 
     Attributes:
-        joints: names of the joints of the task, in the order in which numbers are given.
+        joints: Names of the joints of the task, in the order in which numbers are given.
     """
 
     def __init__(self, name: str, robot: Robot, joints: Sequence[str]) -> None:
         """Make the space of some joints of a robot.
 
         Args:
-            name: what error messages call a value.
-            robot: the robot.
-            joints: names of the joints.
+            name: What error messages call a value.
+            robot: The robot.
+            joints: Names of the joints.
         """
         self._name, self._robot, self.joints = name, robot, tuple(joints)
         self.tangent = robot.nv
@@ -315,7 +315,7 @@ def coordinate_table(robot: Robot) -> IntArray:
     The place of (cos, sin) of a continuous joint is found by turning the joint a little from neutral.
 
     Args:
-        robot: the robot.
+        robot: The robot.
 
     Returns:
         (nv, 2): SCALAR, CIRCLE or OTHER, and the index in q at which the coordinate begins (−1 for OTHER).
@@ -340,15 +340,15 @@ def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> Int
     "xyz", "xy y" (position in the plane, and yaw), "rp".
 
     Args:
-        axes: letters, or one truth value for each of `letters`.
-        letters: the letters to choose from, such as "xyzrpy".
-        first: the row that the first of `letters` stands for.
+        axes: Letters, or one truth value for each of `letters`.
+        letters: The letters to choose from, such as "xyzrpy".
+        first: The row that the first of `letters` stands for.
 
     Returns:
         (k,) indices into the six rows, in increasing order.
 
     Raises:
-        InvalidValue: nothing is chosen, or something else than `letters` in their order.
+        InvalidValue: Nothing is chosen, or something else than `letters` in their order.
     """
     chosen: list[int] = []
     if isinstance(axes, str):

@@ -36,15 +36,15 @@ class Target(Protocol):
         """Begin the course of a task.
 
         Args:
-            space: space in which the value lives: poses of a frame, or postures of a robot.
-            start: value of the task at the start of the run: pose (4, 4) in the world [m], or posture (nq,).
-            t: time of the start [s].
+            space: Space in which the value lives: poses of a frame, or postures of a robot.
+            start: Value of the task at the start of the run: pose (4, 4) in the world [m], or posture (nq,).
+            t: Time of the start [s].
 
         Returns:
             The course; it has its own copy of `start`.
 
         Raises:
-            InvalidValue: the declared value does not fit the space.
+            InvalidValue: The declared value does not fit the space.
         """
         ...
 
@@ -102,15 +102,15 @@ class Line:
     postures move at fixed ratios of joint velocities. Exactly one of `to` and `by` must be given.
 
     Attributes:
-        to: value at the end: a pose, position [m] or rotation in the world, or a posture [rad, m].
-        by: displacement Δ: for a frame (6,) or (3,) along the axes of the world [m, rad], or for joints.
+        to: Value at the end: a pose, position [m] or rotation in the world, or a posture [rad, m].
+        by: Displacement Δ: for a frame (6,) or (3,) along the axes of the world [m, rad], or for joints.
         duration: [s], greater than zero.
-        timing: the law s: "linear" (speed jumps at both ends), "cubic" (zero speed there), "quintic" (zero
+        timing: The law s: "linear" (speed jumps at both ends), "cubic" (zero speed there), "quintic" (zero
             acceleration as well), "sinusoidal" or "trapezoidal".
 
     Raises:
-        InvalidValue: both or neither of `to` and `by` are given, or the duration is not positive.
-        UnknownName: there is no timing law of that name.
+        InvalidValue: Both or neither of `to` and `by` are given, or the duration is not positive.
+        UnknownName: There is no timing law of that name.
     """
 
     to: Value | None = None
@@ -158,7 +158,7 @@ class Circle:
         period: 2π/ω [s] of one turn.
         toward: (3,) direction in the world from the start to the centre; its length does not matter.
         along: (3,) direction in the world of the departure, at right angles to `toward`.
-        turns: how many turns are made, after which the target holds; None goes on for ever.
+        turns: How many turns are made, after which the target holds; None goes on for ever.
 
     Raises:
         InvalidValue: a number is not positive, or the directions are not at right angles.
@@ -218,12 +218,12 @@ class Function:
     from some time on has no feedforward from that very sample on.
 
     Attributes:
-        value: from t [s] to a pose, position [m] or rotation in the world, or to a posture [rad, m].
-        derivative: from t [s] to its rate: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
+        value: From t [s] to a pose, position [m] or rotation in the world, or to a posture [rad, m].
+        derivative: From t [s] to its rate: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
             velocities [rad/s, m/s]. None: by differences.
 
     Raises:
-        InvalidValue: one of them is not callable.
+        InvalidValue: One of them is not callable.
     """
 
     value: Callable[[float], Value]
@@ -270,7 +270,7 @@ class Latest:
                 the start.
 
         Raises:
-            InvalidValue: the value is not numeric.
+            InvalidValue: The value is not numeric.
         """
         self._now: tuple[Array | None, Array | None] = (None, None)
         if value is not None:
@@ -285,7 +285,7 @@ class Latest:
                 [rad/s, m/s]. None: no feedforward.
 
         Raises:
-            InvalidValue: one of them is not numeric.
+            InvalidValue: One of them is not numeric.
         """
         rate = None if velocity is None else _numbers("velocity", velocity)
         self._now = (_numbers("value", value), rate)

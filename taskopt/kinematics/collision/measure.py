@@ -31,7 +31,7 @@ class Distances:
     d has a kink, and the gradient is that of one side.
 
     Attributes:
-        collision: the P pairs.
+        collision: The P pairs.
         distance: (P,) [m] as of the last `update`; where solids overlap, minus the depth.
         gradient: (P, nv) ∂d/∂q [m/rad, 1] as of the last `update`.
 
@@ -42,7 +42,7 @@ class Distances:
         """Allocate the memory for the distances of some pairs.
 
         Args:
-            collision: the pairs.
+            collision: The pairs.
         """
         self.collision = collision
         self.distance: Array = np.zeros(len(collision.pairs))
@@ -52,7 +52,7 @@ class Distances:
         """Measure all pairs, in place.
 
         Args:
-            configuration: the robot at q.
+            configuration: The robot at q.
         """
         pairs, J = self.collision, configuration.joint_jacobians
         pairs.update(configuration.data)

@@ -28,9 +28,9 @@ class Collision:
     `crossed`.
 
     Attributes:
-        robot: the robot.
+        robot: The robot.
         names: (P) name of each pair, such as "panda_link5 – sphere".
-        shapes: all solids (`pin.GeometryModel`), those of the robot first.
+        shapes: All solids (`pin.GeometryModel`), those of the robot first.
         pairs: (P) places of the two solids of each pair in `shapes`.
         joints: (P) indices of the joints that carry them, 0 for the world.
         contact: (P, 9) a view of Coal's memory: unit normal n from the first solid to the second, nearest
@@ -46,13 +46,13 @@ class Collision:
         """Pair solids; most callers use `with_obstacles` or `of_itself`.
 
         Args:
-            robot: the robot.
+            robot: The robot.
             names: (P) name of each pair.
-            shapes: all solids; the pairs are added to them.
+            shapes: All solids; the pairs are added to them.
             pairs: (P) places of the two solids of each pair.
 
         Raises:
-            NotInstalled: this version of Coal lays out its results otherwise.
+            NotInstalled: This version of Coal lays out its results otherwise.
         """
         self.robot, self.names, self.shapes, self.pairs = robot, tuple(names), shapes, tuple(pairs)
         for pair in pairs:
@@ -74,16 +74,16 @@ class Collision:
         """Pair the shapes of a robot with obstacles, under names such as "panda_link5 – sphere".
 
         Args:
-            robot: the robot.
-            obstacles: the obstacles; their names are numbered where several are the same.
-            links: names of the links; default: all that move.
+            robot: The robot.
+            obstacles: The obstacles; their names are numbered where several are the same.
+            links: Names of the links; default: all that move.
 
         Returns:
             The pairs, obstacle by obstacle.
 
         Raises:
-            UnknownName: no link with a shape has that name.
-            InvalidValue: the robot has no shapes.
+            UnknownName: No link with a shape has that name.
+            InvalidValue: The robot has no shapes.
         """
         obstacles = tuple(obstacles)
         chosen, shapes = shapes_of(robot, links), solid(robot.geometry)
@@ -100,8 +100,8 @@ class Collision:
         """Pair shapes of a robot with one another, under names such as "panda_link0 – panda_hand".
 
         Args:
-            robot: the robot.
-            pairs: places of the two shapes of each pair in `robot.geometry`.
+            robot: The robot.
+            pairs: Places of the two shapes of each pair in `robot.geometry`.
 
         Returns:
             The pairs in the order given.

@@ -27,8 +27,8 @@ def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
     joints that follow each other, and those that overlap in all of 300 random postures.
 
     Args:
-        robot: the robot.
-        clearance: distance [m] that shapes must exceed in one of these postures.
+        robot: The robot.
+        clearance: Distance [m] that shapes must exceed in one of these postures.
 
     Returns:
         Places of the two shapes of each pair in `robot.geometry`.
@@ -44,15 +44,15 @@ def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, .
     """Find the pairs of shapes of pairs of links.
 
     Args:
-        robot: the robot.
-        names: names of links, two and two.
+        robot: The robot.
+        names: Names of links, two and two.
 
     Returns:
         Places of the two shapes of each pair in `robot.geometry`.
 
     Raises:
-        UnknownName: no link with a shape has that name.
-        InvalidValue: an entry is no pair of names, or its links move as one.
+        UnknownName: No link with a shape has that name.
+        InvalidValue: An entry is no pair of names, or its links move as one.
     """
     shapes = robot.geometry.geometryObjects
     out = []
@@ -72,15 +72,15 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
     """Find the shapes of links.
 
     Args:
-        robot: the robot.
-        links: names of links, or one name; None: all that move.
+        robot: The robot.
+        links: Names of links, or one name; None: all that move.
 
     Returns:
         Places of the shapes in `robot.geometry`.
 
     Raises:
-        UnknownName: no link with a shape has that name.
-        InvalidValue: the robot has no shapes.
+        UnknownName: No link with a shape has that name.
+        InvalidValue: The robot has no shapes.
     """
     shapes = robot.geometry.geometryObjects
     if not len(shapes):
@@ -102,7 +102,7 @@ def link_of(shape: str) -> str:
     """Return the name of the link to which a shape belongs.
 
     Args:
-        shape: name of the shape. Those of one link are named link_0, link_1, ….
+        shape: Name of the shape. Those of one link are named link_0, link_1, ….
     """
     return re.sub(r"_\d+$", "", shape)
 
@@ -111,7 +111,7 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
     """Name each shape of a robot by its link, or by its own name if the link has several shapes.
 
     Args:
-        robot: the robot.
+        robot: The robot.
     """
     names = [shape.name for shape in robot.geometry.geometryObjects]
     count = Counter(map(link_of, names))
@@ -152,8 +152,8 @@ def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
     range of that size beside it.
 
     Args:
-        robot: the robot.
-        rng: source of random numbers.
+        robot: The robot.
+        rng: Source of random numbers.
 
     Returns:
         q (nq,) [rad, m].

@@ -34,8 +34,8 @@ class Core(NamedTuple):
     """A solid as core ⊕ ball, see `geometry.coal.core`.
 
     Attributes:
-        diameter: of the core [m].
-        radius: of the ball [m].
+        diameter: Of the core [m].
+        radius: Of the ball [m].
     """
 
     diameter: float
@@ -46,7 +46,7 @@ def nominal_speeds(robot: Robot) -> Array:
     """Return the speeds for which distance limits make room.
 
     Args:
-        robot: the robot.
+        robot: The robot.
 
     Returns:
         (nv,) the velocity limits, but at most 2π rad/s for turning and 1 m/s for sliding joints.
@@ -68,7 +68,7 @@ def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
     because of Coriolis terms), and bend is ½ Δt² times this.
 
     Args:
-        collision: the P pairs.
+        collision: The P pairs.
         dt: Δt [s].
         within: [m], distance up to which the bounds must hold.
 

@@ -37,9 +37,9 @@ def add_capsule(
     """Add a capsule to the shapes of a robot.
 
     Args:
-        shapes: the shapes, to which the capsule is added.
-        name: name of the new shape.
-        joint: index of the joint that carries it.
+        shapes: The shapes, to which the capsule is added.
+        name: Name of the new shape.
+        joint: Index of the joint that carries it.
         start: (3,) [m], one end of its segment, in the frame of the joint.
         stop: (3,) [m], the other end, in the frame of the joint.
         radius: [m].
@@ -56,8 +56,8 @@ def obstacle_object(shape: Shape, name: str | None = None) -> GeometryObject:
     """Make an obstacle a `pin.GeometryObject` that is fixed to the world.
 
     Args:
-        shape: the obstacle.
-        name: name of the new object; default: the obstacle's own.
+        shape: The obstacle.
+        name: Name of the new object; default: the obstacle's own.
 
     Returns:
         The object, for distances and for drawing.
@@ -88,7 +88,7 @@ def solid(shapes: GeometryModel) -> GeometryModel:
     where curved faces meet in an edge, Coal's gradients have errors of 1e-6.
 
     Args:
-        shapes: the shapes of a robot; they are not changed.
+        shapes: The shapes of a robot; they are not changed.
 
     Returns:
         A new model with the same shapes in the same order.
@@ -131,7 +131,7 @@ def exact(data: GeometryData) -> GeometryData:
     """Ask Coal for distances as good as floats allow, with gradients to about 1e-9.
 
     Args:
-        data: memory of distance computations; its requests are changed in place.
+        data: Memory of distance computations; its requests are changed in place.
 
     Returns:
         The same memory.
@@ -146,7 +146,7 @@ def core(shape: GeometryObject) -> tuple[float, float]:
     """Decompose a solid as core ⊕ ball.
 
     Args:
-        shape: the solid.
+        shape: The solid.
 
     Returns:
         Diameter of the core and radius of the ball [m]. A sphere has the core diameter 0, a half-space
@@ -167,7 +167,7 @@ def extent(shape: GeometryObject) -> float:
     """Bound the distance of any point of a solid from the origin of its joint.
 
     Args:
-        shape: the solid.
+        shape: The solid.
 
     Returns:
         An upper bound [m], from the sphere around the solid's bounding box.

@@ -25,7 +25,7 @@ class Sphere:
     Attributes:
         centre: (3,) [m], in the world.
         radius: [m], greater than zero.
-        name: what rows, pictures and logs call it.
+        name: What rows, pictures and logs call it.
     """
 
     centre: ArrayLike
@@ -50,7 +50,7 @@ class Capsule:
         start: (3,) [m], one end of the segment, in the world.
         stop: (3,) [m], the other end, in the world.
         radius: [m], greater than zero.
-        name: what rows, pictures and logs call it.
+        name: What rows, pictures and logs call it.
     """
 
     start: ArrayLike
@@ -80,9 +80,9 @@ class Box:
     """A box with three edge lengths.
 
     Attributes:
-        place: its centre (3,) [m], edges then being along the axes of the world; or its pose (4, 4).
+        place: Its centre (3,) [m], edges then being along the axes of the world; or its pose (4, 4).
         size: (3,) [m], lengths of the edges along x, y and z of the box.
-        name: what rows, pictures and logs call it.
+        name: What rows, pictures and logs call it.
     """
 
     place: ArrayLike
@@ -112,7 +112,7 @@ class HalfSpace:
     Attributes:
         normal: n (3,), pointing out of the solid, in the world; stored at length 1.
         offset: [m], distance of the surface from the origin of the world along n.
-        name: what rows, pictures and logs call it.
+        name: What rows, pictures and logs call it.
     """
 
     normal: ArrayLike
@@ -145,13 +145,13 @@ def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
     """Return the obstacles as a tuple, after checking that there are some and that each is a shape.
 
     Args:
-        obstacles: one obstacle, or several.
+        obstacles: One obstacle, or several.
 
     Returns:
         The obstacles in order.
 
     Raises:
-        InvalidValue: there is no obstacle, or something else than a shape among them.
+        InvalidValue: There is no obstacle, or something else than a shape among them.
     """
     out = (obstacles,) if isinstance(obstacles, SHAPES) else tuple(obstacles)
     for item in out or (None,):
@@ -166,7 +166,7 @@ def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
     """Number the names of obstacles, so that rows, pictures and logs call each of them the same.
 
     Args:
-        obstacles: the obstacles of one limit, objective or scene, in order.
+        obstacles: The obstacles of one limit, objective or scene, in order.
 
     Returns:
         One name for each: [ball, sphere, sphere] gives ball, sphere, sphere 2.

@@ -30,9 +30,9 @@ class DHRow:
         d: [m].
         theta: ϑ [rad].
         joint: "revolute" or "prismatic".
-        lower: lower position limit [rad or m]; −inf is none.
-        upper: upper position limit [rad or m]; +inf is none.
-        velocity: velocity limit [rad/s or m/s]; +inf is none.
+        lower: Lower position limit [rad or m]; −inf is none.
+        upper: Upper position limit [rad or m]; +inf is none.
+        velocity: Velocity limit [rad/s or m/s]; +inf is none.
 
     Source: (2.52) of the textbook.
     """
@@ -83,17 +83,17 @@ def build_dh(
     """Make the parts of a chain: its tree, and one capsule for each straight piece of a link.
 
     Args:
-        rows: one row for each joint, from the base on.
-        name: name of the robot.
+        rows: One row for each joint, from the base on.
+        name: Name of the robot.
         base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
         tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
-        radius: of the capsules [m]; default: 6 % of the longest length.
+        radius: Of the capsules [m]; default: 6 % of the longest length.
 
     Returns:
         The parts of the robot.
 
     Raises:
-        InvalidValue: there is no row, a pose is none, or the radius is not positive.
+        InvalidValue: There is no row, a pose is none, or the radius is not positive.
     """
     if not rows:
         raise InvalidValue("an arm needs at least one Denavit–Hartenberg row")

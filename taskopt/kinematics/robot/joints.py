@@ -40,7 +40,7 @@ class JointTable:
         position_lower: (nv,) [rad, m]; −inf where there is no limit.
         position_upper: (nv,) [rad, m]; +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s]; +inf where there is no limit.
-        unit_norm: for each joint with a quaternion or (cos, sin) its name, and the place of these in q.
+        unit_norm: For each joint with a quaternion or (cos, sin) its name, and the place of these in q.
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,7 @@ def joint_table(model: Model) -> JointTable:
     """Read names, units and limits of the velocities of a model.
 
     Args:
-        model: the kinematic tree.
+        model: The kinematic tree.
 
     Returns:
         The table; its arrays are read-only.

@@ -25,15 +25,15 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
     """Read the parts of a robot by name.
 
     Args:
-        name: one of `robot_names`.
-        floating: give the robot a floating base; None: if it walks or flies.
+        name: One of `robot_names`.
+        floating: Give the robot a floating base; None: if it walks or flies.
 
     Returns:
         The parts of the robot.
 
     Raises:
-        UnknownName: there is no robot of that name.
-        NotInstalled: the extra `taskopt[robots]` is not installed.
+        UnknownName: There is no robot of that name.
+        NotInstalled: The extra `taskopt[robots]` is not installed.
     """
     share = _share()
     if share is None:
@@ -54,8 +54,8 @@ def floats(path: Path, srdf: Path | None) -> bool:
     """Return True if a robot gets a floating base unless the caller says otherwise.
 
     Args:
-        path: its URDF file.
-        srdf: its SRDF file, or None.
+        path: Its URDF file.
+        srdf: Its SRDF file, or None.
     """
     if path.stem in _FLOATING:
         return True

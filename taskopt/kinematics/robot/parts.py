@@ -22,11 +22,11 @@ class Parts:
     """Tree, shapes and named postures of a robot.
 
     Attributes:
-        model: the kinematic tree.
-        geometry: collision shapes, or a function that loads them.
-        visual: shapes to draw, or a function that loads them; None: the collision shapes.
-        name: name of the robot.
-        postures: named configurations (nq,) [rad, m].
+        model: The kinematic tree.
+        geometry: Collision shapes, or a function that loads them.
+        visual: Shapes to draw, or a function that loads them; None: the collision shapes.
+        name: Name of the robot.
+        postures: Named configurations (nq,) [rad, m].
     """
 
     model: Model
@@ -40,7 +40,7 @@ class Parts:
 
         Args:
             ids: Pinocchio's indices of the joints to fix.
-            q: configuration (nq,) [rad, m] at which they are held.
+            q: Configuration (nq,) [rad, m] at which they are held.
 
         Returns:
             New parts; shapes are still loaded on first use only.
@@ -75,7 +75,7 @@ def loaded(shapes: Shapes) -> GeometryModel:
     """Load shapes if they are not loaded yet.
 
     Args:
-        shapes: the shapes, a function that loads them, or None.
+        shapes: The shapes, a function that loads them, or None.
 
     Returns:
         The shapes (`pin.GeometryModel`); an empty model for None.

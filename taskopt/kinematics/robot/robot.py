@@ -30,11 +30,11 @@ class Robot:
     in the file is no velocity limit. Velocities are those of Pinocchio, in the joint's own frame.
 
     Attributes:
-        model: the kinematic tree.
-        name: name of the robot.
-        nq: how many numbers a configuration q has.
-        nv: how many numbers a velocity v has.
-        joints: names of the movable joints.
+        model: The kinematic tree.
+        name: Name of the robot.
+        nq: How many numbers a configuration q has.
+        nv: How many numbers a velocity v has.
+        joints: Names of the movable joints.
         velocity_names: (nv) name of each velocity.
         coordinate_units: (nv) "rad" or "m", the unit of the coordinate whose rate each velocity is.
         position_index: (nv,) place of that coordinate in q; −1 if no coordinate has that rate.
@@ -42,7 +42,7 @@ class Robot:
         position_upper: (nv,) [rad, m], +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s], +inf where there is no limit.
         neutral: (nq,) Pinocchio's neutral configuration.
-        postures: named configurations (nq,), "neutral" and "middle" among them.
+        postures: Named configurations (nq,), "neutral" and "middle" among them.
     """
 
     def __init__(
@@ -57,15 +57,15 @@ class Robot:
         """Make a robot from a kinematic tree.
 
         Args:
-            model: the kinematic tree (`pin.Model`).
-            geometry: collision shapes (`pin.GeometryModel`), or a function that loads them on first use,
+            model: The kinematic tree (`pin.Model`).
+            geometry: Collision shapes (`pin.GeometryModel`), or a function that loads them on first use,
                 since meshes take seconds to load; None: no shapes.
-            visual: what a viewer draws, likewise; None: the collision shapes.
-            name: name of the robot; default: the model's.
-            postures: named configurations (nq,) [rad, m].
+            visual: What a viewer draws, likewise; None: the collision shapes.
+            name: Name of the robot; default: the model's.
+            postures: Named configurations (nq,) [rad, m].
 
         Raises:
-            InvalidValue: the model is no `pin.Model`, has wrong limits or mimic joints, or a posture does not
+            InvalidValue: The model is no `pin.Model`, has wrong limits or mimic joints, or a posture does not
                 fit it.
         """
         if not isinstance(model, pin.Model):
@@ -96,16 +96,16 @@ class Robot:
         """Load a robot of the extra `taskopt[robots]` by name.
 
         Args:
-            name: one of the names that `taskopt list` shows.
-            lock: names of joints that are held where they are in neutral, moved into their limits.
-            floating: give the robot a floating base; default: if it walks or flies.
+            name: One of the names that `taskopt list` shows.
+            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            floating: Give the robot a floating base; default: if it walks or flies.
 
         Returns:
             The robot.
 
         Raises:
-            UnknownName: there is no robot, or no joint, of that name.
-            NotInstalled: the extra is not installed.
+            UnknownName: There is no robot, or no joint, of that name.
+            NotInstalled: The extra is not installed.
         """
         return Robot._of(load_named(name, floating)).lock(lock)
 
@@ -121,18 +121,18 @@ class Robot:
         """Read a robot from a URDF file, with the postures of an SRDF file if one is given.
 
         Args:
-            path: the URDF file.
-            package_dirs: folders in which package:// is looked for; default: those above the file.
-            lock: names of joints that are held where they are in neutral, moved into their limits.
-            floating: give the robot a floating base.
-            srdf: file with named postures and with pairs of links that are never checked for collision.
+            path: The URDF file.
+            package_dirs: Folders in which package:// is looked for; default: those above the file.
+            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            floating: Give the robot a floating base.
+            srdf: File with named postures and with pairs of links that are never checked for collision.
             meshes: False does without shapes.
 
         Returns:
             The robot.
 
         Raises:
-            MissingFile: the file, its SRDF or a mesh is not there.
+            MissingFile: The file, its SRDF or a mesh is not there.
             InvalidValue: Pinocchio cannot read the file.
             UnknownName: a joint to lock does not exist.
         """
@@ -151,17 +151,17 @@ class Robot:
         Joints are named joint1, joint2, …. Frame link i is the Denavit–Hartenberg frame i.
 
         Args:
-            rows: one row for each joint, from the base on.
-            name: name of the robot.
+            rows: One row for each joint, from the base on.
+            name: Name of the robot.
             base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
             tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
-            radius: of the capsules [m]; default: 6 % of the longest length.
+            radius: Of the capsules [m]; default: 6 % of the longest length.
 
         Returns:
             The robot.
 
         Raises:
-            InvalidValue: there is no row, a pose is none, or the radius is not positive.
+            InvalidValue: There is no row, a pose is none, or the radius is not positive.
 
         Source: (2.52) of the textbook.
         """
@@ -222,10 +222,10 @@ class Robot:
         """Return Pinocchio's index of a frame.
 
         Args:
-            name: the frame.
+            name: The frame.
 
         Raises:
-            UnknownName: there is no frame of that name.
+            UnknownName: There is no frame of that name.
         """
         if name not in self._frame_ids:
             raise UnknownName("frame", name, self.frames)
@@ -235,10 +235,10 @@ class Robot:
         """Return Pinocchio's index of the joint to which a frame is fixed, 0 for the world.
 
         Args:
-            name: the frame.
+            name: The frame.
 
         Raises:
-            UnknownName: there is no frame of that name.
+            UnknownName: There is no frame of that name.
         """
         return self.model.frames[self.frame_id(name)].parentJoint
 
@@ -246,10 +246,10 @@ class Robot:
         """Return Pinocchio's index of a movable joint.
 
         Args:
-            name: the joint.
+            name: The joint.
 
         Raises:
-            UnknownName: there is no joint of that name.
+            UnknownName: There is no joint of that name.
         """
         if name not in self.joints:
             raise UnknownName("joint", name, self.joints)
@@ -259,10 +259,10 @@ class Robot:
         """Return the places of a joint's velocities in v.
 
         Args:
-            joint: name of the joint.
+            joint: Name of the joint.
 
         Raises:
-            UnknownName: there is no joint of that name.
+            UnknownName: There is no joint of that name.
         """
         found = self.model.joints[self.joint_id(joint)]
         return slice(found.idx_v, found.idx_v + found.nv)
@@ -271,13 +271,13 @@ class Robot:
         """Return the columns of the Jacobian that move a frame.
 
         Args:
-            frame: name of the frame.
+            frame: Name of the frame.
 
         Returns:
             (k,) indices into v, in increasing order.
 
         Raises:
-            UnknownName: there is no frame of that name.
+            UnknownName: There is no frame of that name.
         """
         joint = self.model.frames[self.frame_id(frame)].parentJoint
         chain = [self.model.joints[i] for i in self.model.supports[joint] if i > 0]
@@ -293,7 +293,7 @@ class Robot:
             q (nq,) [rad, m].
 
         Raises:
-            UnknownName: there is no posture of that name.
+            UnknownName: There is no posture of that name.
         """
         if name not in self.postures:
             raise UnknownName("posture", name, self.postures)
@@ -303,14 +303,14 @@ class Robot:
         """Make a robot in which some joints are fixed.
 
         Args:
-            names: names of the joints to fix.
-            q: configuration (nq,) [rad, m] at which they are held; default: neutral, moved into the limits.
+            names: Names of the joints to fix.
+            q: Configuration (nq,) [rad, m] at which they are held; default: neutral, moved into the limits.
 
         Returns:
             A new robot without these joints; the robot itself if no joint is named.
 
         Raises:
-            UnknownName: there is no joint of that name.
+            UnknownName: There is no joint of that name.
             InvalidValue: q does not fit the robot.
         """
         ids = [self.joint_id(name) for name in ([names] if isinstance(names, str) else names)]
@@ -405,7 +405,7 @@ class Robot:
 
         Args:
             q: (nq,) [rad, m].
-            tolerance: how far outside counts as inside [rad, m].
+            tolerance: How far outside counts as inside [rad, m].
 
         Returns:
             One sentence for each joint outside.

@@ -22,10 +22,10 @@ def planar_arm(
 
     Args:
         lengths: a (n,) [m], one for each link.
-        lower: lower position limits [rad], one number for all joints or one for each.
-        upper: upper position limits [rad], likewise.
-        velocity: velocity limits [rad/s], likewise.
-        radius: of the capsules that are the links [m]; default: 6 % of the longest link.
+        lower: Lower position limits [rad], one number for all joints or one for each.
+        upper: Upper position limits [rad], likewise.
+        velocity: Velocity limits [rad/s], likewise.
+        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
 
     Returns:
         The robot; its last frame is "tip".

@@ -27,17 +27,17 @@ def read_urdf(
     """Read the parts of a robot from a URDF file, and look for every mesh that it refers to.
 
     Args:
-        path: the URDF file.
-        package_dirs: folders in which package:// is looked for; default: those above the file.
-        floating: give the robot a floating base.
-        srdf: file with named postures and disabled pairs of links, or None.
+        path: The URDF file.
+        package_dirs: Folders in which package:// is looked for; default: those above the file.
+        floating: Give the robot a floating base.
+        srdf: File with named postures and disabled pairs of links, or None.
         meshes: False does without shapes.
 
     Returns:
         The parts; shapes are loaded on first use.
 
     Raises:
-        MissingFile: the file, its SRDF or a mesh is not there.
+        MissingFile: The file, its SRDF or a mesh is not there.
         InvalidValue: Pinocchio cannot read the file.
     """
     path = _existing(path, "URDF")
@@ -53,10 +53,10 @@ def lazy_parts(
     """Read the tree of a robot now, and its shapes on first use.
 
     Args:
-        path: the URDF file.
-        folders: folders in which meshes are looked for.
-        floating: give the robot a floating base.
-        srdf: its SRDF file, or None.
+        path: The URDF file.
+        folders: Folders in which meshes are looked for.
+        floating: Give the robot a floating base.
+        srdf: Its SRDF file, or None.
         meshes: False does without shapes.
 
     Returns:
@@ -87,8 +87,8 @@ def read_tree(path: Path, floating: bool) -> Model:
     """Read the kinematic tree of a URDF file.
 
     Args:
-        path: the URDF file.
-        floating: give the robot a floating base.
+        path: The URDF file.
+        floating: Give the robot a floating base.
 
     Returns:
         The tree (`pin.Model`).
@@ -108,8 +108,8 @@ def require_meshes(path: Path, folders: list[str]) -> None:
     """Look for every mesh that a URDF file refers to.
 
     Args:
-        path: the URDF file.
-        folders: folders in which meshes are looked for.
+        path: The URDF file.
+        folders: Folders in which meshes are looked for.
 
     Raises:
         MissingFile: a mesh is in none of the folders.
@@ -129,13 +129,13 @@ def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
     States of one name that belong to several groups are merged.
 
     Args:
-        srdf: the SRDF file.
+        srdf: The SRDF file.
 
     Returns:
         For each state, the values [rad, m] of each of its joints.
 
     Raises:
-        InvalidValue: the file is not XML.
+        InvalidValue: The file is not XML.
     """
     states: dict[str, dict[str, list[float]]] = {}
     for state in _parse(srdf).iter("group_state"):
@@ -151,14 +151,14 @@ def postures(srdf: Path, model: Model) -> dict[str, Array]:
     A state of which the model lacks most joints belongs to another variant of the robot, and is left out.
 
     Args:
-        srdf: the SRDF file.
-        model: the kinematic tree.
+        srdf: The SRDF file.
+        model: The kinematic tree.
 
     Returns:
         Configurations (nq,) [rad, m] by name.
 
     Raises:
-        InvalidValue: the file is not XML.
+        InvalidValue: The file is not XML.
     """
     out = {}
     for name, values in named_states(srdf).items():
