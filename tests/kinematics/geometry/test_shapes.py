@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue
+from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry.coal import obstacle_object
-from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere, turning_z_to
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere, obstacle_names, turning_z_to
 from taskopt.kinematics.pose import homogeneous
+from taskopt.kinematics.robot import planar_arm
 
 
 def test_shapes_are_values():
@@ -73,3 +75,11 @@ def test_shapes_refuse_what_has_no_meaning(make, said):
     """Wrong sizes, NaN, no extent, no direction."""
     with pytest.raises(InvalidValue, match=said):
         make()
+
+
+def test_pairs_call_obstacles_what_obstacle_names_says() -> None:
+    """Of [ball, sphere, sphere], the pairs of an arm say ball, sphere, sphere 2, as `obstacle_names` does."""
+    obstacles = [Sphere([1, 0, 0], 0.1, name="ball"), Sphere([2, 0, 0], 0.1), Sphere([3, 0, 0], 0.1)]
+    assert obstacle_names(obstacles) == ["ball", "sphere", "sphere 2"]
+    pairs = Collision.with_obstacles(planar_arm([0.5]), obstacles).names
+    assert [name.partition(" – ")[2] for name in pairs] == obstacle_names(obstacles)
