@@ -318,7 +318,7 @@ def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: 
         interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
     finally:  # a run that ends early still has a summary and a recording
         title = f"{scenario.name}: {scenario.ticks} ticks of {1e3 * scenario.dt:g} ms"
-        show(comparison.summaries.values(), terminal(), comparison.reference, title)
+        show(comparison.summaries.values(), terminal(), comparison.baseline, title)
         for log in logs:
             typer.echo(f"recorded in {log.folder}; look at it with: taskopt view {log.folder}")
     if interrupted:

@@ -30,7 +30,7 @@ class Comparison:
     Attributes:
         scenario: As above.
         resolvers: The resolvers.
-        reference: Name of the resolver with whose path the others are compared: `pinv` if it is among them,
+        baseline: Name of the resolver with whose path the others are compared: `pinv` if it is among them,
             else the first.
         summaries: Figures so far, by name of the resolver.
 
@@ -46,7 +46,7 @@ class Comparison:
             resolver_named(given) if isinstance(given, str) else given for given in resolvers
         )
         names = [resolver.name for resolver in self.resolvers]
-        self.reference = "pinv" if "pinv" in names else names[0]
+        self.baseline = "pinv" if "pinv" in names else names[0]
         gauge = LimitGauge(RunInfo(scenario, tuple(names)))
         self.summaries = {name: Summary(name, gauge) for name in names}
 
@@ -65,6 +65,6 @@ class Comparison:
                     del runs[name]
             for name, step in steps.items():
                 self.summaries[name].add(Batch((step,)))
-                if self.reference in steps:
-                    self.summaries[name].compare_path(step, steps[self.reference])
+                if self.baseline in steps:
+                    self.summaries[name].compare_path(step, steps[self.baseline])
             yield from steps.values()

@@ -60,7 +60,7 @@ _FIGURES = (
         "ticks at which no limit is active",
         lambda s: _share(len(s.closed_form_distances), s.ticks),
     ),
-    Figure("path\n[rad]", "distance to the path of {reference} [rad]", lambda s: _number(s.path_difference)),
+    Figure("path\n[rad]", "distance to the path of {baseline} [rad]", lambda s: _number(s.path_difference)),
     Figure(
         "worst\nKKT\nresidual",
         "worst KKT residual (a proof up to 1e-8)",
@@ -74,7 +74,7 @@ _FIGURES = (
 _LEGEND = (
     "tracking error: of the first task with a frame; excess: over position limits after the step, and over "
     "velocity limits; closed form: largest distance to the closed-form answer of the same problem, over the "
-    "ticks at which no limit is active; path: largest distance to the path of {reference}; KKT residual: the "
+    "ticks at which no limit is active; path: largest distance to the path of {baseline}; KKT residual: the "
     "answer is proven up to 1e-8; claimed, proven: share of the ticks at which the resolver says that it has "
     "the optimum, and at which the certificate proves it; p50, p99: median and 99th percentile."
 )
@@ -119,13 +119,13 @@ def wide_table(summaries: Sequence[Summary], title: str) -> Table:
     return out
 
 
-def tall_table(summaries: Sequence[Summary], title: str, reference: str) -> Table:
+def tall_table(summaries: Sequence[Summary], title: str, baseline: str) -> Table:
     """Make a table with one column for each resolver, for a single resolver or a narrow terminal.
 
     Args:
         summaries: One for each resolver.
         title: Title of the table.
-        reference: Name of the resolver with whose path the others are compared.
+        baseline: Name of the resolver with whose path the others are compared.
 
     Returns:
         The table.
@@ -136,7 +136,7 @@ def tall_table(summaries: Sequence[Summary], title: str, reference: str) -> Tabl
         out.add_column(summary.resolver, justify="right", no_wrap=True)
     for figure in _figures(summaries):
         out.add_row(
-            Text(figure.label.format(reference=reference)), *(figure.cell(summary) for summary in summaries)
+            Text(figure.label.format(baseline=baseline)), *(figure.cell(summary) for summary in summaries)
         )
     return out
 
@@ -164,13 +164,13 @@ def cause_table(summaries: Sequence[Summary]) -> Table:
     return out
 
 
-def show(summaries: Iterable[Summary], console: Console, reference: str, title: str = "") -> None:
+def show(summaries: Iterable[Summary], console: Console, baseline: str, title: str = "") -> None:
     """Print the figures of a run or of a comparison, and what they mean.
 
     Args:
         summaries: One for each resolver.
         console: Where to print.
-        reference: Name of the resolver with whose path the others are compared.
+        baseline: Name of the resolver with whose path the others are compared.
         title: Title of the table.
     """
     summaries = list(summaries)
@@ -178,9 +178,9 @@ def show(summaries: Iterable[Summary], console: Console, reference: str, title: 
     room = console.options.update(max_width=_ENDLESS)  # else the table would be cut to what there is
     if len(summaries) > 1 and console.measure(wide, options=room).maximum <= console.width:
         console.print(wide)
-        console.print(_LEGEND.format(reference=reference), style="dim", highlight=False, markup=False)
+        console.print(_LEGEND.format(baseline=baseline), style="dim", highlight=False, markup=False)
     else:
-        console.print(tall_table(summaries, title, reference))
+        console.print(tall_table(summaries, title, baseline))
     if any(summary.causes or summary.accurate < summary.judged for summary in summaries):
         console.print(cause_table(summaries))
         console.print(_CAUSES, style="dim", highlight=False, markup=False)

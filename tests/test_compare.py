@@ -131,7 +131,7 @@ def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
         assert summaries[name].causes["limit"] == 200 - len(summaries[name].closed_form_distances) > 0
         assert summaries[name].accurate == summaries[name].judged == 200
     console = Console(width=120, record=True, file=StringIO())
-    show(summaries.values(), console, comparison.reference)
+    show(summaries.values(), console, comparison.baseline)
     text = console.export_text()
     assert "differs from the closed form by" in text
     assert max(map(len, text.splitlines())) <= 120
@@ -152,7 +152,7 @@ def test_the_table_fits_120_columns_and_names_what_bound() -> None:
     names = ["pinv", "wqp/proxqp", "hqp/clarabel", "active-set"]
     comparison = compared(scenario(JointPositionLimit(), JointVelocityLimit()), *map(resolver, names))
     console = Console(width=120, record=True, file=StringIO())
-    show(comparison.summaries.values(), console, comparison.reference, "title")
+    show(comparison.summaries.values(), console, comparison.baseline, "title")
     text = console.export_text()
     assert all(name in text for name in names)
     assert "…" not in text
@@ -181,5 +181,5 @@ def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> N
 
 def shown(comparison: Comparison, width: int) -> str:
     out = StringIO()
-    show(comparison.summaries.values(), Console(file=out, width=width), comparison.reference)
+    show(comparison.summaries.values(), Console(file=out, width=width), comparison.baseline)
     return out.getvalue()

@@ -201,6 +201,7 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
 
 
 def _texts(cell: Cell) -> tuple[str, str, str, str]:
+    """Return the four entries of a cell; dashes if no trial could be judged."""
     if not cell.raw:
         return "–", "–", "–", "–"
     share = 100.0 * float(np.mean(cell.flagged))
@@ -208,6 +209,7 @@ def _texts(cell: Cell) -> tuple[str, str, str, str]:
 
 
 def _number(value: float) -> str:
+    """Return one digit and the exponent; "none" for inf, which stands for no answer."""
     return "none" if np.isinf(value) else f"{value:.0e}"
 
 

@@ -87,7 +87,7 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
         resolver: A resolver, or the name of one (`taskopt list` shows them).
 
     Yields:
-        One step for each tick. What becomes of them is the caller's affair.
+        One step for each tick.
 
     Raises:
         NotSolved: At the first tick whose answer may not be sent to a robot; the error has the resolution.

@@ -101,7 +101,7 @@ class Summary:
         least_distance: The least distance that each distance limit measured [m].
         closed_form_distances: The distance to the closed-form answer at each tick at which nothing binds
             [rad/s, m/s].
-        path_difference: The largest ‖q ⊖ q of the reference resolver‖∞ at the same tick [rad, m].
+        path_difference: The largest ‖q ⊖ q of the baseline resolver‖∞ at the same tick [rad, m].
         certificates: The largest KKT residual of each tick, (ticks,).
         claimed: The number of ticks at which the resolver claims an optimum.
         certified: The number of ticks at which the certificate proves an optimum.
@@ -174,15 +174,15 @@ class Summary:
         self.seconds += batch.seconds.tolist()
         self._add_active(batch)
 
-    def compare_path(self, step: Step, reference: Step) -> None:
-        """Measure how far the path is from that of the reference resolver.
+    def compare_path(self, step: Step, baseline: Step) -> None:
+        """Measure how far the path is from that of another resolver.
 
         Args:
             step: A step of this resolver.
-            reference: The step of the reference resolver at the same tick.
+            baseline: The step of the other resolver at the same tick.
         """
         robot = self.gauge.info.scenario.robot
-        difference = np.abs(robot.difference(reference.q_next, step.q_next)).max()
+        difference = np.abs(robot.difference(baseline.q_next, step.q_next)).max()
         self.path_difference = max(self.path_difference, float(difference))
 
     def _add_active(self, batch: Batch) -> None:
