@@ -21,7 +21,7 @@ from taskopt.kinematics.pose import homogeneous
 
 _LINK_COLOUR = np.array([0.35, 0.55, 0.85, 1.0])
 _OBSTACLE_COLOUR = np.array([0.85, 0.35, 0.30, 0.8])
-_ITERATIONS = 500  # at most; the default of 128 is too few for our tolerance
+_ITERATIONS = 500  # at most, where Coal's default is 128: our tolerance is much smaller than its own
 _FLAT = 1e-6  # [m] thickness given to a mesh without volume, since Coal's boxes must have one
 _SIDES = 48  # of the prism around a cylinder: at most 1/cos(π/48) − 1 = 0.2 % thicker than the cylinder
 
