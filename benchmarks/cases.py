@@ -33,7 +33,7 @@ from taskopt import (
     Stack,
 )
 from taskopt.arrays import Array
-from taskopt.kinematics.limit import RowLimit
+from taskopt.kinematics.limit import Limit
 from taskopt.kinematics.task import Task
 
 DT, PERIOD, RADIUS = 0.002, 2.0, 0.1  # [s], [s], [m]
@@ -75,7 +75,7 @@ class BenchmarkCase:
 
 
 @dataclass(frozen=True)
-class HardFrame:
+class HardFrame(Limit):
     """A limit that holds a frame where it is at the start posture, by hard rows.
 
     Attributes:
@@ -88,7 +88,7 @@ class HardFrame:
     q0: Array
     name: str
 
-    def bind(self, robot: Robot, dt: float) -> RowLimit:  # noqa: ARG002 (protocol)
+    def bind(self, robot: Robot, dt: float) -> BoundTask:  # noqa: ARG002 (protocol)
         """Return the rows of a frame task whose target is the pose at the start."""
         bound = FrameTask(self.frame, gain=GAIN).bind(robot, self.name)
         bound.start(Configuration(robot, self.q0), 0.0)

@@ -357,3 +357,45 @@ SAME_POINT = 1e-8
 
 Smaller: links get capsules of no length. Larger: short pieces of links are missing from distances.
 """
+
+# --- Tasks and limits ---------------------------------------------------------------------------------
+
+BAND_CLOSED = 1e-6
+"""Share of the blend below which the band of a task that comes or goes counts as closed (`During`).
+
+Smaller: a band that only rounding keeps open makes two bounds of an equality. Larger: the last step of the
+blend becomes a jump of that share of the reach.
+"""
+
+PARALLEL = 1e-9
+"""Sine of the angle between two directions below which they count as parallel.
+
+Smaller: the axis of a turn is made of rounding errors. Larger: a gaze that nearly looks at its target turns
+about a wrong axis.
+"""
+
+NEAREST_SIGHT = 0.01
+"""Least length [m] of a line of sight in the row of a gaze; a nearer target turns as if it were here.
+
+Smaller: the angle of a near target asks for very large velocities. Larger: near targets are followed too
+slowly.
+"""
+
+CONTACT = 1e-9
+"""Distance [m] beyond the margin below which a distance limit leaves a step this much to lose.
+
+Smaller: v = 0 becomes the only velocity of a link at its margin, and solvers see a nearly empty set. Larger:
+a link may go that far into its margin in one step.
+"""
+
+JACOBI_ORTHOGONAL = 1e-15
+"""Cosine of the angle between two rows below which the method of Jacobi takes them for orthogonal.
+
+Smaller: it turns rounding errors to and fro. Larger: small singular values lose digits.
+"""
+
+JACOBI_DONE = 1e-12
+"""Largest such cosine in a sweep after which the method of Jacobi stops; it converges quadratically.
+
+Smaller: one sweep more than is needed. Larger: the singular values lose digits.
+"""

@@ -1,114 +1,259 @@
 """One compiled call that fills the rows and the box of a tick.
 
-A call into compiled code costs more than the rows of a task, so the tasks and limits that have a kernel
-are listed in one integer program over one float memory, and a single kernel walks it. A task or limit
-without one fills its rows from Python, before or after that call.
+Every part of a plan that has a kernel (`taskopt.kinematics.part`) is called from one compiled function. That
+function is made for the set of kernels that the plan needs: `fill_function` nests one small function around
+another, each of which calls its kernel or hands on to the next,
+
+    link 3: if index == 3 call the third kernel, else link 2: if index == 2 …
+
+The kernels themselves stay calls, so that a new set compiles in a fraction of a second. The function is kept
+by content like every kernel, and plans with the same kernels share it.
+
+It walks over two arrays. `program` holds integers: a header, then the entry of each part, which ends with
+the part's own parameters. `numbers` holds all floats of the plan: the buffer of the hierarchy, its norm, the
+box with which each tick starts, and the memories of the parts.
 """
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from functools import lru_cache
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.view import Rows, box_of, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.acceleration import narrow_by_acceleration
-from taskopt.kinematics.limit.joint import narrow_by_position
-from taskopt.kinematics.task.centre_of_mass import centre_of_mass_rows
-from taskopt.kinematics.task.frame_kernel import frame_rows
-from taskopt.kinematics.task.joint import joint_rows
+from taskopt.kinematics.part import BoxKernel, Part, RobotState, RowArrays, RowKernel, RowPart
 
-KINDS = ("frame", "joints", "centre of mass", "joint position limit", "joint acceleration limit")
-FRAME, JOINTS, CENTRE_OF_MASS, POSITION_LIMIT = range(4)
+Fill = Callable[[IntArray, Array, Array, Array, Array], bool]
+Tick = tuple[IntArray, Array, Array, Array, Array]
 
 
-class Compiled(Protocol):
-    """What a task or limit with a kernel offers besides: one of KINDS, its program, and its memory."""
+class Header(IntEnum):
+    """The integers with which a program begins."""
 
-    kind: str
-    program: IntArray
-    memory: Array
+    UNKNOWNS = 0
+    ROWS = 1
+    LEVELS = 2
+    NORM = 3  # where the norm begins in `numbers`; the buffer of the hierarchy ends there
+    BOX = 4  # where the box begins with which each tick starts
+    OFFSETS = 5  # the offsets of the levels begin here, then the columns of the rows, then the parts
 
-    def use(self, memory: Array) -> None:
-        """Live in this memory from now on; it holds what the old one held."""
-        ...
+
+class Entry(IntEnum):
+    """The integers with which the entry of a part begins."""
+
+    KERNEL = 0  # k > 0: the k-th kernel of rows; k < 0: the (−k)-th kernel of bounds
+    PLACE = 1  # first row of the part, or its first index in the owners of bounds
+    COUNT = 2  # number of rows
+    START = 3  # where its memory begins in `numbers`
+    STOP = 4  # where its memory ends
+    SIZE = 5  # number of its own parameters, which follow
+    PARAMETERS = 6
+
+
+class Problem(NamedTuple):
+    """The arrays that a resolver needs, as views into a plan's `program` and `numbers`.
+
+    Attributes:
+        buffer: Buffer of the hierarchy, see `taskopt.hierarchy.view`.
+        norm: Norm W, its diagonal (n,) or all of it row by row (n · n,).
+        offsets: First row of each level, and the end, (L + 2,).
+        columns: For each row j if it is the unit vector e_j for good, else −1, (M,).
+    """
+
+    buffer: Array
+    norm: Array
+    offsets: IntArray
+    columns: IntArray
+
+
+class CompiledTick(NamedTuple):
+    """The compiled function of a plan, and what it is called with.
+
+    Attributes:
+        fill: Fills the hierarchy from `arguments`; returns True if the outcome is flawed, see `flawed`.
+        arguments: Program, numbers, and the q, Jacobians and placements of the configuration.
+        hierarchy: The hierarchy that is filled, in the memory of `numbers`.
+    """
+
+    fill: Fill
+    arguments: Tick
+    hierarchy: Hierarchy
 
 
 def compiled_tick(
-    parts: Sequence[tuple[Compiled, int]], at: Configuration, hierarchy: Hierarchy
-) -> tuple[IntArray, Array, Array, Array, Array, Array]:
-    """The arguments of `fill_tick` for a hierarchy.
+    parts: Sequence[tuple[Part, int]], configuration: Configuration, hierarchy: Hierarchy
+) -> CompiledTick:
+    """Return the compiled function for some parts, and move their memory into one array.
 
-    `parts`: each with the row where it begins, or with its number as owner of bounds. The box and its
-    owners start on every tick as they stand in the hierarchy now.
+    Args:
+        parts: Parts that have a kernel, each with its first row, or with its first index in the owners of
+            bounds.
+        configuration: Robot whose arrays the function reads, now and later.
+        hierarchy: Hierarchy with all that never changes; its box is that with which every tick starts.
+
+    Returns:
+        The function, its arguments, and the hierarchy in its new memory.
     """
-    layout = hierarchy.layout
-    program = [layout.n, layout.row_count, layout.level_count, *layout.offsets, *layout.columns]
-    pool = [hierarchy.buffer[-4 * layout.n :]]
-    for part, place in parts:
-        start = sum(map(len, pool))
-        program += [KINDS.index(part.kind), place, start, start + part.memory.size, len(part.program)]
-        program += part.program.tolist()
-        pool.append(part.memory.ravel())
-    numbers = np.concatenate(pool)
-    start = len(pool[0])
-    for part, _ in parts:
-        shape, stop = part.memory.shape, start + part.memory.size
-        part.use(numbers[start:stop].reshape(shape))
-        start = stop
-    instructions = np.array(program, dtype=np.int64)
-    return instructions, numbers, at.q, at.joint_jacobians, at.joint_placements, hierarchy.buffer
-
-
-@kernel_apart
-def fill_tick(program, numbers, q, J, joint_placements, buffer):
-    """Fill the hierarchy; True where the outcome is flawed (see `flawed`).
-
-    The program is n, M and the number of levels, offsets and columns as in `Layout`, then for each part
-    its kind, row or owner, first and last number of its memory, and the length of its own program, which
-    follows.
-    """
-    n, rows = program[0], program[1]
-    A = buffer[: rows * n].reshape((rows, n))
-    lower, upper = buffer[rows * n : rows * (n + 1)], buffer[rows * (n + 1) : rows * (n + 2)]
-    bounds = buffer[rows * (n + 3) :].reshape((4, n))
-    for side in range(4):
-        for j in range(n):
-            bounds[side, j] = numbers[side * n + j]
-    start = 3 + program[2] + 2
-    at = start + rows
-    while at < program.size:
-        kind, place, memory = program[at], program[at + 1], numbers[program[at + 2] : program[at + 3]]
-        own = program[at + 5 : at + 5 + program[at + 4]]
-        if kind in (FRAME, CENTRE_OF_MASS):
-            table = memory.reshape((memory.size // 6, 6))
-            fill = A[place:], lower[place:], upper[place:]
-            if kind == FRAME:
-                frame_rows(own, J, joint_placements, table, *fill)
-            else:
-                centre_of_mass_rows(own, J, joint_placements, table, *fill)
-        elif kind == JOINTS:
-            joint_rows(own, q, memory, lower[place:], upper[place:])
-        elif kind == POSITION_LIMIT:
-            narrow_by_position(own, q, memory, bounds, place)
+    layout, n = hierarchy.layout, hierarchy.layout.n
+    rows = _distinct(part for part, _ in parts if isinstance(part, RowPart))
+    bounds = _distinct(part for part, _ in parts if not isinstance(part, RowPart))
+    pieces = [hierarchy.buffer, hierarchy.norm.ravel(), box_of(hierarchy.buffer, n).ravel()]
+    pieces += [part.memory.ravel() for part, _ in parts]
+    numbers = np.concatenate(pieces)
+    starts = list(accumulate(map(len, pieces), initial=0))
+    program = [n, layout.row_count, layout.level_count, starts[1], starts[2]]
+    program += [*layout.offsets, *layout.columns]
+    for (part, place), start, stop in zip(parts, starts[3:], starts[4:], strict=False):
+        if isinstance(part, RowPart):
+            head = [rows.index(part.kernel) + 1, place, len(part.row_names)]
         else:
-            narrow_by_acceleration(own, q, memory, bounds, place)
-        at += 5 + own.size
-    return flawed(buffer, n, program[start : start + rows])
+            head = [-bounds.index(part.kernel) - 1, place, 0]
+        program += [*head, start, stop, len(part.parameters), *part.parameters.tolist()]
+        part.use(numbers[start:stop].reshape(part.memory.shape))
+    norm = numbers[starts[1] : starts[2]].reshape(hierarchy.norm.shape)
+    moved = Hierarchy.view(layout, numbers[: starts[1]], norm)
+    arrays = configuration.q, configuration.joint_jacobians, configuration.joint_placements
+    arguments = np.array(program, dtype=np.int64), numbers, *arrays
+    return CompiledTick(fill_function(rows, bounds), arguments, moved)
+
+
+def _distinct(parts) -> tuple:
+    """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
+    kernels = dict.fromkeys(part.kernel for part in parts)
+    return tuple(sorted(kernels, key=lambda found: (found.__module__, found.__qualname__)))
+
+
+@lru_cache(maxsize=256)
+def fill_function(row_kernels: tuple[RowKernel, ...], box_kernels: tuple[BoxKernel, ...]) -> Fill:
+    """Return the compiled function that fills a hierarchy by calling kernels.
+
+    Args:
+        row_kernels: Kernels of parts with rows.
+        box_kernels: Kernels of limits on single velocities.
+
+    Returns:
+        A compiled function of program, numbers, q, Jacobians and placements (`RobotState`). It returns True
+        if the outcome is flawed.
+    """
+    fill_rows, narrow = _row_chain(row_kernels), _box_chain(box_kernels)
+
+    @kernel_apart
+    def fill(program, numbers, q, jacobians, placements):
+        """Start from the plan's own box, then call the kernel of each part."""
+        problem = problem_in(program, numbers)
+        n = program[Header.UNKNOWNS]
+        rows = view_rows(problem.buffer, n, problem.norm, problem.offsets, problem.columns)
+        bounds = view_box(problem.buffer, n)
+        start = program[Header.BOX]
+        for side in range(4):
+            for j in range(n):
+                bounds[side, j] = numbers[start + side * n + j]
+        state = RobotState(q, jacobians, placements)
+        at = Header.OFFSETS + program[Header.LEVELS] + 2 + program[Header.ROWS]
+        while at < program.size:
+            index, place = program[at + Entry.KERNEL], program[at + Entry.PLACE]
+            memory = numbers[program[at + Entry.START] : program[at + Entry.STOP]]
+            first = at + Entry.PARAMETERS
+            at = first + program[at + Entry.SIZE]
+            parameters = program[first:at]
+            if index > 0:
+                stop = place + program[first - Entry.PARAMETERS + Entry.COUNT]
+                own = RowArrays(rows.A[place:stop], rows.lower[place:stop], rows.upper[place:stop])
+                fill_rows(index, parameters, memory, state, own)
+            else:
+                narrow(-index, parameters, memory, state, bounds, place)
+        return flawed(rows)
+
+    return fill
+
+
+def _row_chain(kernels: tuple[RowKernel, ...]) -> Callable[..., None]:
+    """Return a compiled function that calls the kernel of rows with a given number, counted from 1."""
+    if not kernels:
+        return _no_rows
+    place, last, others = len(kernels), kernels[-1], _row_chain(kernels[:-1])
+
+    @kernel
+    def link(index, parameters, memory, state, rows):
+        if index == place:
+            last(parameters, memory, state, rows)
+        else:
+            others(index, parameters, memory, state, rows)
+
+    return link
+
+
+def _box_chain(kernels: tuple[BoxKernel, ...]) -> Callable[..., None]:
+    """Return a compiled function that calls the kernel of bounds with a given number, counted from 1."""
+    if not kernels:
+        return _no_bounds
+    place, last, others = len(kernels), kernels[-1], _box_chain(kernels[:-1])
+
+    @kernel
+    def link(index, parameters, memory, state, bounds, owner):
+        if index == place:
+            last(parameters, memory, state, bounds, owner)
+        else:
+            others(index, parameters, memory, state, bounds, owner)
+
+    return link
 
 
 @kernel
-def flawed(buffer, n, columns):
-    """Whether there is NaN anywhere, inf in A, or a bound that nothing can meet; ±inf bounds are fine."""
-    bad, rows = False, columns.size
-    for i in range(rows):
-        if columns[i] < 0:  # the others are unit vectors for good
-            for j in range(i * n, (i + 1) * n):
-                bad |= not abs(buffer[j]) < np.inf
-    for i in range(rows * n, rows * (n + 1)):
-        bad |= not (buffer[i] < np.inf and buffer[i + rows] > -np.inf)
-    for j in range(rows * (n + 3), rows * (n + 3) + n):
-        bad |= not (buffer[j] < np.inf and buffer[j + n] > -np.inf)
+def _no_rows(index, parameters, memory, state, rows):
+    """End a chain of kernels of rows."""
+
+
+@kernel
+def _no_bounds(index, parameters, memory, state, bounds, owner):
+    """End a chain of kernels of bounds."""
+
+
+@kernel
+def problem_in(program, numbers):
+    """Return the `Problem` of a plan, as views.
+
+    Args:
+        program: Integers of the plan.
+        numbers: Numbers of the plan.
+
+    Returns:
+        Buffer of the hierarchy, norm, offsets and columns.
+    """
+    columns = Header.OFFSETS + program[Header.LEVELS] + 2
+    return Problem(
+        numbers[: program[Header.NORM]],
+        numbers[program[Header.NORM] : program[Header.BOX]],
+        program[Header.OFFSETS : columns],
+        program[columns : columns + program[Header.ROWS]],
+    )
+
+
+@kernel_apart
+def flawed(rows: Rows) -> bool:
+    """Return True if the numbers of a hierarchy are no problem that can be solved.
+
+    That is so if there is NaN anywhere, ±inf in A, a lower bound of +inf, or an upper bound of −inf. Bounds
+    of the opposite signs mean no bound.
+
+    Args:
+        rows: Views of the hierarchy.
+
+    Returns:
+        True if something is flawed.
+    """
+    bad = False
+    for i in range(rows.columns.size):
+        if rows.columns[i] < 0:  # the others are unit vectors for good
+            for j in range(rows.A.shape[1]):
+                bad |= not abs(rows.A[i, j]) < np.inf
+        bad |= not (rows.lower[i] < np.inf and rows.upper[i] > -np.inf)
+    for j in range(rows.box_lower.size):
+        bad |= not (rows.box_lower[j] < np.inf and rows.box_upper[j] > -np.inf)
     return bad

@@ -1,9 +1,9 @@
-"""Levels of tasks in strict order, limits around them, a norm: declared once, filled on every tick."""
+"""A stack: levels of tasks in strict order, limits around them, and a norm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, chain
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,24 +11,41 @@ from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
+from taskopt.hierarchy.view import box_of, rows_of
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit, RowLimit
+from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.distance import BoundDistance
-from taskopt.kinematics.plan import KINDS, compiled_tick, fill_tick, flawed
+from taskopt.kinematics.part import Part, RowPart, check_complete
+from taskopt.kinematics.plan import compiled_tick, flawed
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.kinematics.task.damping import BoundLevelDamping
-from taskopt.kinematics.task.rows import rate_units
+from taskopt.kinematics.task.base import rate_units
+from taskopt.kinematics.task.level_damping import BoundLevelDamping
+
+_ROWS = ("name", "row_names", "row_units", "column")
+_TASK = (*_ROWS, "gain", "weight", "error")
+_BOUNDS = ("name", "owners")
+Kind = TypeVar("Kind", Task, Limit)
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """What the robot is to do: tasks of one level share it by weight, levels come strictly one after another.
+    """What a robot is to do.
 
-    `levels`: lists of tasks, highest priority first. `limits` hold whatever the tasks want; none is in
-    force that does not stand here. `norm` is W in ½ v'W v (3.50), which decides what stays free after the
-    last level: None (the identity), its diagonal (nv,), or a symmetric positive definite (nv, nv) matrix.
+    Args:
+        levels: Lists of tasks, highest priority first. Tasks of one level share it by weight; levels come
+            strictly one after another.
+        limits: What holds whatever the tasks want; no limit is in force that does not stand here.
+        norm: W in ½ vᵀ W v, which decides what stays free after the last level: its diagonal (nv,), or a
+            symmetric positive definite (nv, nv) matrix. A larger entry makes that velocity smaller. Default:
+            the identity.
+
+    Raises:
+        InvalidValue: A level is empty, or something in it is no task, or in `limits` no limit.
+
+    Source:
+        Equation (3.50) for the norm.
     """
 
     levels: Sequence[Sequence[Task]]
@@ -43,15 +60,33 @@ class Stack:
         object.__setattr__(self, "limits", _tuple(self.limits, "limits", Limit))
 
     def compile(self, robot: Robot, dt: float) -> "Plan":
-        """The stack for a robot that takes steps of dt [s], with all memory allocated.
+        """Return the stack for a robot, with all memory allocated.
 
-        Raises `UnknownName` for a frame or joint that the robot lacks, and `InvalidValue` for dt ≤ 0, for
-        sizes that do not fit, and where gain · dt ≥ 2: there an Euler step lands farther from the target.
+        Args:
+            robot: The robot.
+            dt: Time [s] from one tick to the next.
+
+        Returns:
+            The plan.
+
+        Raises:
+            UnknownName: The robot lacks a frame or joint.
+            InvalidValue: dt ≤ 0; sizes do not fit; gain · dt ≥ 2 in a task, where an Euler step lands farther
+                from the target; or a task or limit from outside lacks what it needs, which the message names.
         """
         return Plan(self, robot, positive("dt", dt))
 
     def at(self, configuration: Configuration, dt: float, t: float = 0.0) -> Hierarchy:
-        """The hierarchy at a configuration, for a look; references begin there, at time 0 [s]."""
+        """Return the hierarchy at a configuration, for a look; targets begin there, at time 0 s.
+
+        Args:
+            configuration: Robot at q.
+            dt: Time [s] from one tick to the next.
+            t: Time [s].
+
+        Returns:
+            The hierarchy, in memory of its own.
+        """
         plan = self.compile(configuration.robot, dt)
         plan.start(configuration.q, 0.0)
         return plan.at(configuration.q, t).copy()
@@ -60,38 +95,57 @@ class Stack:
 class Plan:
     """A stack compiled for a robot; `at` fills the one hierarchy that it has.
 
-    `tasks`: the tasks as bound to the robot, in order of level; their errors and poses are those of the
-    last `at`. `configuration`: the robot as of the last `at`. `limits`: as bound, in order; those that
-    keep distances by name in `distance_limits`, each with what the last `at` measured.
+    Args:
+        stack: What was declared.
+        robot: The robot.
+        dt: Time [s] from one tick to the next.
+
+    Attributes:
+        tasks: Tasks as bound to the robot, in order of level; their errors and poses are those of the last
+            `at`.
+        limits: Limits as bound, in order.
+        rate_limits: Those of them whose bounds depend on the velocity of the last tick.
+        distance_limits: Those that keep distances, by name, each with what the last `at` measured.
+        configuration: Robot as of the last `at`.
+        hierarchy: The hierarchy that `at` fills.
+        layout: Its names and sizes.
+        fill: Compiled function that fills what has a kernel, see `taskopt.kinematics.plan`.
+        tick: Arguments of `fill`.
     """
 
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
         self.dt, self.robot = dt, robot
         self.configuration = Configuration(robot, robot.neutral)
         names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))
-        bound = [[task.bind(robot, next(names)) for task in level] for level in stack.levels]
-        self.tasks: tuple[BoundTask, ...] = tuple(chain(*bound))
-        self._dampings = [found for k, level in enumerate(bound, 1) for found in _damping(level, k)]
-        self.limits = limits = tuple(limit.bind(robot, dt) for limit in stack.limits)
-        boxes = [limit for limit in limits if isinstance(limit, BoundLimit)]
-        hard = [limit for limit in limits if isinstance(limit, RowLimit)]
-        self.rate_limits = [limit for limit in limits if isinstance(limit, RateLimit)]
+        levels = [[_bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
+        self.tasks: tuple[BoundTask, ...] = tuple(chain(*levels))
+        dampings = [found for k, level in enumerate(levels, 1) for found in _damping(level, k)]
+        self.limits = tuple(_bound_limit(limit, robot, dt) for limit in stack.limits)
+        boxes = [limit for limit in self.limits if isinstance(limit, BoundLimit)]
+        hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
+        self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
         _check_gains(self.tasks, dt)
-        owners = chain.from_iterable(_owners(limit) for limit in boxes)
-        called = numbered(limit.name for limit in hard)
-        named = tuple(zip(called, hard, strict=True))
+        owners = chain.from_iterable(limit.owners for limit in boxes)
+        named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
-        self.layout = _layout(robot, named, bound, ("box", *numbered(owners)))
-        self.hierarchy = _empty(self.layout, checked_norm(stack.norm, robot.nv))
+        self.layout = _layout(robot, named, levels, ("box", *numbered(owners)))
         self._started = False
-        self._prepare(hard, boxes)
+        self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
+        blocks = {block.name: block.rows for block in self.layout.blocks if block.level}
+        self._damps = [(damping, k, blocks[damping.name]) for damping, k in dampings]
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
-        """Anchor the references that begin at the start posture q (nq,), at the time t [s]; at rest."""
+        """Anchor the targets that begin at the start posture, with the robot at rest.
+
+        Args:
+            q: Start posture, (nq,).
+            t: Time [s].
+        """
         self.moved(np.zeros(self.robot.nv))
         self._anchor(q, t)
 
     def _anchor(self, q: ArrayLike, t: float) -> None:
+        """Anchor the targets at q."""
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:
             task.start(self.configuration, t)
@@ -100,12 +154,20 @@ class Plan:
         self._started = True
 
     def moved(self, v: Array) -> None:
-        """Tell the limits on acceleration that the robot has the velocity v (nv,) until the next tick."""
+        """Tell the limits on acceleration which velocity the robot has until the next tick.
+
+        Args:
+            v: Velocity, (nv,) [rad/s, m/s].
+        """
         for limit in self.rate_limits:
             limit.moved(v)
 
     def brakes(self) -> Array:
-        """(nv,): towards standstill as hard as the limits on acceleration allow, 0 where there is none."""
+        """Return the velocity after braking as hard as the limits on acceleration allow.
+
+        Returns:
+            (nv,) [rad/s, m/s]; 0 where no limit keeps the robot from standing still.
+        """
         slowest = np.zeros(self.robot.nv)
         for limit in self.rate_limits:
             v = limit.brakes()
@@ -113,15 +175,24 @@ class Plan:
         return slowest
 
     def at(self, q: Array, t: float) -> Hierarchy:
-        """The hierarchy at q (nq,) and t [s]: the plan's own, overwritten by the next call.
+        """Fill the hierarchy.
 
-        The first call starts the references, unless `start` did. Raises `InvalidValue` where q or a
-        target is not finite, or q has the wrong size.
+        The first call starts the targets, unless `start` did.
+
+        Args:
+            q: Configuration, (nq,).
+            t: Time [s].
+
+        Returns:
+            The plan's own hierarchy, which the next call overwrites.
+
+        Raises:
+            InvalidValue: q or a target is not finite, or q has the wrong size.
         """
         self.aim(q, t)
-        flaw = fill_tick(*self.tick)
-        for narrow, index in self._narrows:
-            narrow(self.configuration, self._bounds, index)
+        flaw = self.fill(*self.tick)
+        for narrow, owner in self._narrows:
+            narrow(self.configuration, self._bounds, owner)
         if flaw or (self._narrows and self._is_flawed()):
             self.blame(t)
         for damping, level, own in self._damps:
@@ -129,7 +200,12 @@ class Plan:
         return self.hierarchy
 
     def aim(self, q: Array, t: float) -> None:
-        """Move the configuration to q and the targets to t, and fill the rows that have no kernel."""
+        """Move the configuration to q and the targets to t, and fill the rows that have no kernel.
+
+        Args:
+            q: Configuration, (nq,).
+            t: Time [s].
+        """
         if not self._started:
             self._anchor(q, t)
         self.configuration.update(q)
@@ -140,51 +216,64 @@ class Plan:
 
     @property
     def in_one_call(self) -> bool:
-        """Whether `fill_tick(*plan.tick)` after `aim` is all of `at`: nothing comes after it from Python."""
+        """True if `fill(*tick)` after `aim` does all that `at` does, so that nothing follows it in Python."""
         return not self._narrows and not self._damps
 
-    def _prepare(self, hard: Sequence[RowLimit], boxes: Sequence[BoundLimit]) -> None:
-        """Write what never changes, and sort the rest: one kernel call, and what Python has to ask."""
-        h, n = self.hierarchy, self.robot.nv
-        self._bounds = h.buffer[-4 * n :].reshape(4, n)
-        self._bounds[0], self._bounds[1] = -np.inf, np.inf
-        self._fills, self._narrows, self._aimed = [], [], []
-        compiled: list[tuple[Any, int]] = []
-        for part, block in zip([*hard, *self.tasks], self.layout.blocks, strict=True):
-            rows = LevelRows(*(array[block.rows] for array in (h.A, h.lower, h.upper, h.weight)))
-            rows.weight[:] = getattr(part, "weight", 1.0)
+    def _prepare(self, hard: Sequence[RowPart], boxes: Sequence[BoundLimit], norm: Array) -> None:
+        """Write what never changes, and sort the rest into one compiled call and what is filled in Python."""
+        layout, n = self.layout, self.robot.nv
+        hierarchy = Hierarchy.view(layout, np.zeros(layout.size), norm)
+        bounds = box_of(hierarchy.buffer, n)
+        bounds[0], bounds[1] = -np.inf, np.inf
+        parts = tuple(zip([*hard, *self.tasks], layout.blocks, strict=True))
+        for part, block in parts:
+            rows = _rows(hierarchy, block)
+            rows.weight[:] = part.weight if isinstance(part, BoundTask) else 1.0
             part.prepare(rows)
-            if getattr(part, "kind", None) in KINDS:
-                compiled.append((part, block.start))
-                self._aimed.append(part)
-            elif not getattr(part, "constant", False):
-                self._fills.append((part.fill, rows))
-        blocks = {block.name: block.rows for block in self.layout.blocks if block.level}
-        self._damps = [(damping, k, blocks[damping.name]) for damping, k in self._dampings]
-        starts = accumulate((len(_owners(limit)) for limit in boxes), initial=1)
-        for index, limit in zip(starts, boxes, strict=False):
+        starts = accumulate((len(limit.owners) for limit in boxes), initial=1)
+        owned = tuple(zip(boxes, starts, strict=False))
+        for limit, owner in owned:
             if limit.constant:
-                limit.narrow(self.configuration, self._bounds, index)
-            elif getattr(limit, "kind", None) in KINDS:
-                compiled.append((limit, index))
-            else:
-                self._narrows.append((limit.narrow, index))
-        self._moving = [part.aim for part in self._aimed if not part.holds]
-        self.tick = compiled_tick(compiled, self.configuration, h)
+                limit.narrow(self.configuration, bounds, owner)
+        varying: list[tuple[Part, int]] = [(part, block.start) for part, block in parts if not part.constant]
+        varying += [(limit, owner) for limit, owner in owned if not limit.constant]
+        compiled = compiled_tick(
+            [(part, place) for part, place in varying if part.kernel is not None],
+            self.configuration,
+            hierarchy,
+        )
+        self.fill, self.tick, self.hierarchy = compiled
+        self._bounds = box_of(self.hierarchy.buffer, n)
+        in_python = [(part, block) for part, block in parts if part.kernel is None and not part.constant]
+        self._fills = [(part.fill, _rows(self.hierarchy, block)) for part, block in in_python]
+        self._narrows = [
+            (limit.narrow, owner) for limit, owner in owned if limit.kernel is None and not limit.constant
+        ]
+        self._aimed = [part for part, _ in parts if part.kernel is not None and not part.constant]
+        self._moving = [part.aim for part in self._aimed if not part.fixed_target]
 
     def _is_flawed(self) -> bool:
-        return flawed(self.hierarchy.buffer, self.robot.nv, self.layout.columns)
+        """Return True if the numbers of the hierarchy are no problem that can be solved."""
+        h, layout = self.hierarchy, self.layout
+        return flawed(rows_of(h.buffer, layout.n, h.norm, layout.offsets, layout.columns))
 
     def blame(self, t: float) -> None:
-        """Raise `InvalidValue` that names what is not finite."""
+        """Raise an error that names what is not finite.
+
+        Args:
+            t: Time [s].
+
+        Raises:
+            InvalidValue: Always.
+        """
         self.robot.checked_q(self.configuration.q)
         for task in self.tasks:
             if task.desired is not None:
                 checked_pose(f"target of '{task.name}' at t = {t:.6g} s", task.desired)
-        h = self.hierarchy
         for block in self.layout.blocks:
-            parts = h.A[block.rows], h.lower[block.rows], h.upper[block.rows]
-            if not np.isfinite(parts[0]).all() or _hollow(*parts[1:]):
+            rows = _rows(self.hierarchy, block)
+            empty = not ((rows.lower < np.inf) & (rows.upper > -np.inf)).all()
+            if not np.isfinite(rows.A).all() or empty:
                 raise InvalidValue(
                     f"'{block.name}' is not finite at t = {t:.6g} s; look at its target, the rate of its "
                     "target, and its objective"
@@ -194,8 +283,27 @@ class Plan:
         )
 
 
+def _bound_task(task: Task, robot: Robot, name: str) -> BoundTask:
+    """Return a task bound to a robot, and complete."""
+    bound = task.bind(robot, name)
+    check_complete(bound, BoundTask, f"'{name}'", _TASK)
+    return bound
+
+
+def _bound_limit(limit: Limit, robot: Robot, dt: float) -> BoundLimit | RowPart:
+    """Return a limit bound to a robot, and complete."""
+    bound, what = limit.bind(robot, dt), f"'{limit.name}'"
+    if isinstance(bound, RowPart) or not isinstance(bound, BoundLimit):
+        check_complete(bound, RowPart, what, _ROWS)
+    if isinstance(bound, BoundLimit):
+        check_complete(bound, BoundLimit, what, _BOUNDS)
+        if bound.kernel is None and type(bound).narrow is BoundLimit.narrow:
+            raise InvalidValue(f"{type(bound).__name__} of {what} lacks narrow() or a kernel of BoundLimit")
+    return bound
+
+
 def _damping(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDamping, int]]:
-    """The damping of level k with k, if it has one, made to fit the other tasks."""
+    """Return the damping of level k with k, if the level has one, made to fit the other tasks."""
     found = [task for task in level if isinstance(task, BoundLevelDamping)]
     others = sum(len(task.row_names) for task in level if task not in found)
     if len(found) > 1 or (found and not others):
@@ -207,27 +315,29 @@ def _damping(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDamping
     return [(damping, k) for damping in found]
 
 
-def _owners(limit: BoundLimit) -> tuple[str, ...]:
-    """The names that a bound of this limit may go by: its own, or one for each reason."""
-    return getattr(limit, "owners", (limit.name,))
+def _rows(hierarchy: Hierarchy, block: Block) -> LevelRows:
+    """Return the rows of one block as views."""
+    parts = hierarchy.A, hierarchy.lower, hierarchy.upper, hierarchy.weight
+    return LevelRows(*(array[block.rows] for array in parts))
 
 
-def _hollow(lower: Array, upper: Array) -> bool:
-    return not ((lower < np.inf) & (upper > -np.inf)).all()
-
-
-def _tuple(items: Any, what: str, kind: type) -> tuple[Any, ...]:
-    """`items` as a tuple of tasks, or of limits; a task also looks like a limit, so it is told apart."""
+def _tuple(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
+    """Return a list of tasks, or of limits, as a tuple."""
     of = kind.__name__.lower() + "s"
-    if isinstance(items, kind) or not isinstance(items, Sequence):
+    if not isinstance(items, Sequence):
         raise InvalidValue(f"{what} must be a list of {of}, got {items!r}")
     for item in items:
-        if not isinstance(item, kind) or (kind is Limit and isinstance(item, Task)):
-            raise InvalidValue(f"{what} must be a list of {of}, got {item!r} in it")
+        if not isinstance(item, kind):
+            raise InvalidValue(
+                f"{what} must be a list of {of}, got {item!r} in it; own {of} derive from {kind.__name__}"
+            )
+        if type(item).bind is kind.bind:
+            raise InvalidValue(f"{type(item).__name__} lacks bind() of {kind.__name__}")
     return tuple(items)
 
 
 def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
+    """Raise `InvalidValue` for a gain with which a task would not converge."""
     for task in tasks:
         if task.gain.max() * dt >= 2.0:
             raise InvalidValue(
@@ -238,10 +348,11 @@ def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
 
 def _layout(
     robot: Robot,
-    hard: Sequence[tuple[str, RowLimit]],
+    hard: Sequence[tuple[str, RowPart]],
     levels: Sequence[Sequence[BoundTask]],
     owners: tuple[str, ...],
 ) -> Layout:
+    """Return names and sizes of the hierarchy."""
     blocks: list[Block] = []
     column: list[int] = []
     tasks = [(k, part.name, part) for k, level in enumerate(levels, 1) for part in level]
@@ -251,7 +362,3 @@ def _layout(
         blocks.append(Block(name, k, start, len(column), part.row_names, part.row_units))
     units = rate_units(robot.coordinate_units)
     return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)
-
-
-def _empty(layout: Layout, norm: Array) -> Hierarchy:
-    return Hierarchy.view(layout, np.zeros(layout.size), norm)

@@ -1,6 +1,7 @@
 """Rows and answer of a tick in one compiled call, for a plan and a resolver that are both compiled."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from taskopt.arrays import Array
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
-from taskopt.kinematics.plan import fill_tick
+from taskopt.kinematics.plan import Fill, problem_in
 from taskopt.kinematics.stack import Plan
 from taskopt.resolver.active_set.resolver import ActiveSet, packed
 from taskopt.resolver.active_set.tick import new_history, tick, tick_fast
@@ -34,8 +35,10 @@ class OneCall:
         self._plan, self._conclude = plan, conclude
         self._width, self._size = plan.layout.width, plan.layout.answer_size
         self._history = new_history(plan.layout)
-        self._arguments = *plan.tick, plan.hierarchy.norm, search.settings, self._history
-        self._entry = _fill_and_tick_fast if search.fast_path else _fill_and_tick
+        self._arguments = *plan.tick, self._history
+        fast, limit = (int(number) for number in search.settings)
+        self._with_search = _fill_and_tick(plan.fill, tick, fast, limit)
+        self._entry = _fill_and_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
 
     def __call__(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time, without a check of the answer.
@@ -57,7 +60,7 @@ class OneCall:
         if code == _SOLVED:
             return Resolution(plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
-            self._entry = _fill_and_tick
+            self._entry = self._with_search
             return self(q, t)
         if code == FLAWED:
             plan.blame(t)
@@ -72,7 +75,7 @@ class OneCall:
             t: Time [s].
         """
         first = self._entry
-        self._entry = _fill_and_tick
+        self._entry = self._with_search
         self(q, t)
         self._entry = first
         self(q, t)
@@ -106,25 +109,22 @@ def _as_it_is(resolution: Resolution) -> Resolution:
     return resolution
 
 
-@kernel_apart
-def _fill_and_tick_fast(
-    program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
-):  # fmt: skip
-    """`fill_tick`, then `tick_fast`; FLAWED where the rows are flawed."""
-    if fill_tick(program, numbers, q, J, placements, buffer):
-        return np.int64(FLAWED), np.int64(0)
-    split = 3 + program[2] + 2
-    offsets, columns = program[3:split], program[split : split + program[1]]
-    return tick_fast(buffer, norm, offsets, columns, settings, history, state, answer)
-
-
-@kernel_apart
+@lru_cache(maxsize=256)
 def _fill_and_tick(
-    program, numbers, q, J, placements, buffer, norm, settings, history, state, answer
-):  # fmt: skip
-    """`fill_tick`, then `tick`; FLAWED where the rows are flawed."""
-    if fill_tick(program, numbers, q, J, placements, buffer):
-        return np.int64(FLAWED), np.int64(0)
-    split = 3 + program[2] + 2
-    offsets, columns = program[3:split], program[split : split + program[1]]
-    return tick(buffer, norm, offsets, columns, settings, history, state, answer)
+    fill: Fill, resolve: Callable[..., tuple[int, int]], fast: int, limit: int
+) -> Callable[..., tuple[int, int]]:
+    """Return the compiled function of a plan's tick, made of its fill function and of `tick` or `tick_fast`.
+
+    The outcome is FLAWED where the rows are flawed.
+    """
+
+    @kernel_apart
+    def fill_and_tick(program, numbers, q, jacobians, placements, history, state, answer):
+        """Fill the rows, then resolve them."""
+        if fill(program, numbers, q, jacobians, placements):
+            return np.int64(FLAWED), np.int64(0)
+        buffer, norm, offsets, columns = problem_in(program, numbers)
+        settings = np.int64(fast), np.int64(limit)
+        return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+
+    return fill_and_tick

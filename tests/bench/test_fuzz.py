@@ -12,7 +12,7 @@ from taskopt.bench.fuzz import Floor, Tally, _judge, fuzz, table
 from taskopt.bench.random_stacks import FRAMES, fuzz_robot
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Sphere
-from taskopt.kinematics.limit.obstacle import ObstacleLimit
+from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.kinematics.robot import planar_arm
 from taskopt.resolver.active_set.resolver import ActiveSet
 

@@ -7,12 +7,27 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry import Sphere
-from taskopt.kinematics.limit import JointPositionLimit, JointVelocityLimit, ObstacleLimit
+from taskopt.kinematics.limit import (
+    BoundLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+    ObstacleLimit,
+    RowLimit,
+)
 from taskopt.kinematics.objective import JointRange
 from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Circle, Function, Hold, Latest, Line
-from taskopt.kinematics.task import DampingTask, FrameTask, GradientTask, JointTask, PositionTask
+from taskopt.kinematics.task import (
+    BoundTask,
+    DampingTask,
+    FrameTask,
+    GradientTask,
+    JointTask,
+    PositionTask,
+    Task,
+)
 from tests.helpers.moving import FRAMES, bound, generic_q, robot, tumbling
 
 DT = 1e-3
@@ -31,59 +46,57 @@ def stack_of_everything(name, target=None):
     )
 
 
-class Wall:
-    """A limit with hard rows, one number above and one below: what an obstacle will be."""
+class Wall(Limit):
+    """A limit with hard rows, one number above and one below."""
 
     name = "wall"
-    row_names, row_units, column = ("near", "far"), ("m/s", "m/s"), (-1, 3)
 
     def bind(self, robot, dt):
-        return self
+        return BoundWall("wall", ("near", "far"), ("m/s", "m/s"), (-1, 3))
+
+
+class BoundWall(RowLimit):
+    """Two rows, of which the second is a unit vector."""
 
     def prepare(self, rows):
         rows.A[1, 3] = 1.0
 
-    def fill(self, at, t, rows):
-        rows.A[0, :2] = at.q[0], t
+    def fill(self, configuration, t, rows):
+        rows.A[0, :2] = configuration.q[0], t
         rows.lower[:], rows.upper[:] = -np.inf, 0.5
 
 
-class Corridor:
+class Corridor(Task):
     """An inequality task: −0.1 ≤ v_1 ≤ 0.2."""
 
-    name = None
-    row_names, row_units, column = ("one",), ("rad/s",), (0,)
-    weight, gain, error = np.ones(1), np.zeros(1), np.zeros(1)
-    frame = desired = actual = None
-    constant = False
-
-    def default_name(self):
-        return "corridor"
-
     def bind(self, robot, name):
-        self.name = name
-        return self
+        return BoundCorridor(name, ("one",), ("rad/s",), gain=0.0, column=(0,))
+
+
+class BoundCorridor(BoundTask):
+    """One row, a unit vector."""
 
     def prepare(self, rows):
         rows.A[0, 0] = 1.0
 
-    def start(self, at, t):
-        pass
-
-    def fill(self, at, t, rows):
+    def fill(self, configuration, t, rows):
         rows.lower[:], rows.upper[:] = -0.1, 0.2
 
 
-class Caution:
+class Caution(Limit):
     """A limit that Python narrows on every tick, beside those that are compiled."""
 
-    name, constant = "caution", False
+    name = "caution"
 
     def bind(self, robot, dt):
-        return self
+        return BoundCaution("caution")
 
-    def narrow(self, at, bounds, index):
-        bounds[1, 0], bounds[3, 0] = 1e-3, index
+
+class BoundCaution(BoundLimit):
+    """v_1 ≤ 0.001."""
+
+    def narrow(self, configuration, bounds, owner):
+        bounds[1, 0], bounds[3, 0] = 1e-3, owner
 
 
 @pytest.mark.parametrize("name", FRAMES)

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from taskopt import Controller, Hierarchy, JointTask, JointVelocityLimit, Level, Scenario, Stack
 from taskopt.errors import Infeasible, InvalidValue, MissingFile, NotSolved, UnknownName
 from taskopt.hierarchy.status import Status
-from taskopt.kinematics.limit import JointAccelerationLimit
-from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit import BoundLimit, JointAccelerationLimit, Limit
+from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.loop.run import run
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy, find_conflict, no_answer, relax
@@ -90,19 +91,26 @@ def test_a_run_follows_the_policy_of_its_scenario() -> None:
         Scenario(**parts, on_conflict="break")
 
 
-class _Wall:
+class _Wall(Limit):
     """No joint 1 beyond 0.4 rad, without a thought for how it is to stop."""
 
-    name, constant = "wall", False
+    name = "wall"
 
-    def bind(self, robot: object, dt: float) -> "_Wall":
+    def bind(self, robot: Robot, dt: float) -> "_BoundWall":
+        return _BoundWall(dt)
+
+
+class _BoundWall(BoundLimit):
+    """v_1 ≤ (0.4 − q_1)/Δt."""
+
+    def __init__(self, dt: float) -> None:
+        super().__init__("wall")
         self._dt = dt
-        return self
 
-    def narrow(self, at: object, bounds: np.ndarray, index: int) -> None:
-        upper = max((0.4 - at.q[0]) / self._dt, 0.0)  # type: ignore[attr-defined]
+    def narrow(self, configuration: Configuration, bounds: np.ndarray, owner: int) -> None:
+        upper = max((0.4 - configuration.q[0]) / self._dt, 0.0)
         if upper < bounds[1, 0]:
-            bounds[1, 0], bounds[3, 0] = upper, index
+            bounds[1, 0], bounds[3, 0] = upper, owner
 
 
 @given(st.integers(0, 2**32 - 1))

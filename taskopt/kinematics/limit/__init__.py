@@ -5,7 +5,7 @@ from taskopt.kinematics.limit.base import BoundLimit as BoundLimit
 from taskopt.kinematics.limit.base import Limit as Limit
 from taskopt.kinematics.limit.base import RateLimit as RateLimit
 from taskopt.kinematics.limit.base import RowLimit as RowLimit
+from taskopt.kinematics.limit.distance import ObstacleLimit as ObstacleLimit
+from taskopt.kinematics.limit.distance import SelfCollisionLimit as SelfCollisionLimit
 from taskopt.kinematics.limit.joint import JointPositionLimit as JointPositionLimit
-from taskopt.kinematics.limit.joint_velocity import JointVelocityLimit as JointVelocityLimit
-from taskopt.kinematics.limit.obstacle import ObstacleLimit as ObstacleLimit
-from taskopt.kinematics.limit.self_collision import SelfCollisionLimit as SelfCollisionLimit
+from taskopt.kinematics.limit.joint import JointVelocityLimit as JointVelocityLimit

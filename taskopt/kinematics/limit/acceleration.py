@@ -1,44 +1,59 @@
 """Position, velocity and acceleration limits of joints together, so that there is always a way to keep them.
 
-With h = Δt and d = a h, the tick chooses v⁺ with |v⁺ − v| ≤ d, and q⁺ = q + v⁺ h (3.48). Braking as hard as
-allowed after it, v⁺ − d, v⁺ − 2d, … down to 0, the joint still travels, with n the whole part of v⁺/d,
+With h = Δt and d = a h, the tick chooses v⁺ with |v⁺ − v| ≤ d, and q⁺ = q + v⁺ h (3.48). If the joint then
+brakes as hard as allowed, with v⁺ − d, v⁺ − 2d, … down to 0, it still travels, n being the whole part of
+v⁺/d,
 
     B(v⁺) = h (n v⁺ − d n (n + 1)/2),
 
-so q_max is kept for ever if and only if F(v⁺) = v⁺ h + B(v⁺) ≤ q_max − q. F grows piecewise linearly,
-F(n d) = h d n (n + 1)/2, and its inverse is the exact bound: with r = (q_max − q)/h,
+so that q_max is kept for ever if and only if F(v⁺) = v⁺ h + B(v⁺) ≤ q_max − q. F is piecewise linear and
+increasing with F(n d) = h d n (n + 1)/2, and its inverse is the exact bound: with r = (q_max − q)/h,
 
     v⁺ ≤ r/(n + 1) + d n/2,   n the largest integer with d n (n + 1)/2 ≤ r.
 
-F(v − d) = B(v), so what was allowed a tick ago may brake now: the bounds are never empty. After Del Prete
-(2018), IEEE Robotics and Automation Letters 3(1), where the acceleration is constant over a step; here the
-velocity is. In continuous time the bound is √(2 a (q_max − q)), which no discrete step keeps.
+Since F(v − d) = B(v), what was allowed a tick ago may brake now: the bounds are never empty. In continuous
+time the bound is √(2 a (q_max − q)), which no discrete step keeps.
+
+Source:
+    After Del Prete (2018), IEEE Robotics and Automation Letters 3(1), where the acceleration is constant over
+    a step; here the velocity is.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue
-from taskopt.jit import kernel
-from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.joint_velocity import each_velocity
+from taskopt.jit import kernel, kernel_apart
+from taskopt.kinematics.limit.base import BoundLimit, Limit, RateLimit
+from taskopt.kinematics.limit.joint import each_velocity
 from taskopt.kinematics.robot import Robot
 
-_OF_JOINT = 5  # numbers a joint in the memory: v, d = a Δt, v_max, q_min, q_max
+_NUMBERS = 5  # numbers of each joint in the memory: v, d = a Δt, v_max, q_min, q_max
 
 
 @dataclass(frozen=True, eq=False)
-class JointAccelerationLimit:
-    """|v⁺ − v| ≤ a Δt, |v⁺| ≤ v_max, and q stays in its range for ever, whatever is asked for later.
+class JointAccelerationLimit(Limit):
+    """Keep |v⁺ − v| ≤ a Δt and |v⁺| ≤ v_max, and q in its range for ever, whatever is asked for later.
 
-    Stands in place of `JointPositionLimit` and `JointVelocityLimit`, which know no acceleration.
-    `acceleration` a [rad/s², m/s²]: one number, one a velocity (nv,), or a mapping from joint to number
-    (inf elsewhere). `velocity` v_max: likewise, by default the robot's. A joint that is faster than it may
-    be, or outside its range, brakes as hard as a allows and may then return, but go no farther.
+    It stands in place of `JointPositionLimit` and `JointVelocityLimit`, which know no acceleration. Bounds
+    [rad/s, m/s] on every velocity, by the formula of this module. A joint that is faster than it may be, or
+    outside its range, brakes as hard as a allows; it may then return, but go no farther.
+
+    Args:
+        acceleration: a [rad/s², m/s²]: one number, one for each velocity (nv,), or a mapping from joint to
+            number (inf elsewhere). More allows quicker changes of velocity, and braking closer to the limits.
+        velocity: v_max [rad/s, m/s]: likewise. Default: the robot's own. More allows faster motion.
+        name: Name in explanations, logs and plots. Bounds are named by it, or by it and "(position)" or
+            "(velocity)", as the reason may be.
+
+    Raises:
+        InvalidValue: An acceleration is not positive, or a number is out of its range; when bound.
+
+    Source:
+        See the module.
     """
 
     acceleration: ArrayLike | Mapping[str, float]
@@ -46,6 +61,7 @@ class JointAccelerationLimit:
     name: str = "joint_acceleration"
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointAcceleration":
+        """Return the bounds for a robot; see `Limit.bind`."""
         none = np.full(robot.nv, np.inf)
         acceleration = each_velocity("acceleration", self.acceleration, robot, none)
         if (acceleration <= 0.0).any():
@@ -54,60 +70,76 @@ class JointAccelerationLimit:
         return BoundJointAcceleration(robot, self.name, dt, acceleration, velocity)
 
 
-class BoundJointAcceleration:
-    """The bounds of every velocity; at rest until told otherwise."""
+class BoundJointAcceleration(BoundLimit, RateLimit):
+    """The bounds of every velocity; at rest until told otherwise.
 
-    kind = "joint acceleration limit"
-    constant = False
+    Args:
+        robot: The robot.
+        name: Name of the limit.
+        dt: Δt [s].
+        acceleration: a of each velocity, (nv,) [rad/s², m/s²].
+        velocity: v_max of each velocity, (nv,) [rad/s, m/s].
+    """
 
     def __init__(self, robot: Robot, name: str, dt: float, acceleration: Array, velocity: Array) -> None:
-        self.name = name
-        self.owners = (name, f"{name} (position)", f"{name} (velocity)")
+        super().__init__(name, (name, f"{name} (position)", f"{name} (velocity)"))
         columns, place = np.arange(robot.nv), robot.position_index
-        self.program = np.column_stack([columns, place]).ravel()
+        self.kernel = narrow_by_acceleration
+        self.parameters = np.column_stack([columns, place]).ravel()
         none = place < 0
-        low = np.where(none, -np.inf, robot.position_lower)
-        high = np.where(none, np.inf, robot.position_upper)
-        of_joint = np.column_stack([np.zeros(robot.nv), acceleration * dt, velocity, low, high])
+        lower = np.where(none, -np.inf, robot.position_lower)
+        upper = np.where(none, np.inf, robot.position_upper)
+        of_joint = np.column_stack([np.zeros(robot.nv), acceleration * dt, velocity, lower, upper])
         self.use(np.concatenate([[dt], of_joint.ravel()]))
 
     def use(self, memory: Array) -> None:
+        """Re-bind this part to a memory; see `Part.use`."""
         self.memory = memory
-        self._joints = memory[1:].reshape(-1, _OF_JOINT)
+        self._joints = memory[1:].reshape(-1, _NUMBERS)
 
     def moved(self, v: Array) -> None:
+        """Take the velocity that the robot has until the next tick; see `RateLimit.moved`."""
         self._joints[:, 0] = v
 
     def brakes(self) -> Array:
+        """Return the velocity after braking as hard as allowed; see `RateLimit.brakes`."""
         v, step = self._joints[:, 0], self._joints[:, 1]
         return np.where(np.abs(v) > step, v - np.copysign(step, v), 0.0)
 
-    def narrow(self, at: Configuration, bounds: Array, index: int) -> None:
-        narrow_by_acceleration(self.program, at.q, self.memory, bounds, index)
 
+@kernel_apart
+def narrow_by_acceleration(parameters, memory, state, bounds, owner):
+    """Narrow the bounds of a `JointAccelerationLimit`.
 
-@kernel
-def narrow_by_acceleration(program, q, memory, bounds, index):
-    """`program` has column of v and place in q (or −1) of each joint; owners follow on from `index`."""
+    Args:
+        parameters: For each joint its column of v and its place in q, or −1 if it has no range.
+        memory: Δt [s], then `_NUMBERS` of each joint: v, a Δt, v_max, q_min, q_max.
+        state: The robot, see `RobotState`.
+        bounds: (4, nv), see `BoundLimit.narrow`.
+        owner: Number of the first owner; the three reasons follow one another.
+    """
     dt = memory[0]
-    for i in range(program.size // 2):
-        j, at = program[2 * i], program[2 * i + 1]
+    for i in range(parameters.size // 2):
+        j, at = parameters[2 * i], parameters[2 * i + 1]
         v, step, fastest = memory[5 * i + 1], memory[5 * i + 2], memory[5 * i + 3]
         up = down = np.inf
         if at >= 0:
-            up, down = (memory[5 * i + 5] - q[at]) / dt, (q[at] - memory[5 * i + 4]) / dt
+            up, down = (memory[5 * i + 5] - state.q[at]) / dt, (state.q[at] - memory[5 * i + 4]) / dt
         brake = 0.0 if abs(v) <= step else v - np.copysign(step, v)
-        high, why_high = _side(v, step, fastest, up, brake)
-        low, why_low = _side(-v, step, fastest, down, -brake)
-        if not -low <= bounds[0, j]:  # so that NaN is handed on, and found
-            bounds[0, j], bounds[2, j] = -low, index + why_low
-        if not high >= bounds[1, j]:
-            bounds[1, j], bounds[3, j] = high, index + why_high
+        upper, why_upper = _side(v, step, fastest, up, brake)
+        lower, why_lower = _side(-v, step, fastest, down, -brake)
+        if not -lower <= bounds[0, j]:  # so that NaN is handed on, and found
+            bounds[0, j], bounds[2, j] = -lower, owner + why_lower
+        if not upper >= bounds[1, j]:
+            bounds[1, j], bounds[3, j] = upper, owner + why_upper
 
 
 @kernel
 def _side(v, step, fastest, room, brake):
-    """The upper bound of v⁺ with `room` = (q_max − q)/Δt, and what sets it: acceleration, position, speed."""
+    """Return the upper bound of v⁺ where `room` is (q_max − q)/Δt, and the number of what sets it.
+
+    The number is 0 for acceleration, 1 for position, 2 for velocity. NaN is handed on.
+    """
     bound, why = fastest, 2
     stopping = room
     if room < np.inf:

@@ -1,71 +1,113 @@
-"""What every limit is: a declaration that, bound to a robot, narrows the box or fills hard rows.
+"""Limits: a declaration that, bound to a robot, holds whatever the tasks want.
 
-The promise of a limit is that braking as hard as allowed never breaks it, so that together they are never
-empty; without a limit on acceleration that is v = 0. `narrow` is told where its own names begin.
+A limit narrows the bounds of single velocities (`BoundLimit`), or fills hard rows (`RowLimit`), or does both.
+It promises that braking as hard as allowed never breaks it, so that limits together are never empty; without
+a limit on acceleration that means v = 0. Own limits derive from `Limit` and from one of the bound classes;
+`taskopt.testing.check_limit` tries if they keep the promise.
 """
 
-from typing import Protocol, runtime_checkable
+from collections.abc import Sequence
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.problem import LevelRows
+from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.part import Part, RowPart, state_of
 from taskopt.kinematics.robot import Robot
 
 
-@runtime_checkable
-class BoundLimit(Protocol):
-    """Bounds on single velocities: lower ≤ v ≤ upper, (nv,) [rad/s, m/s]."""
+class BoundLimit(Part):
+    """Bounds on single velocities: lower ≤ v ≤ upper, (nv,) [rad/s, m/s].
 
-    name: str
-    constant: bool  # the bounds never change: `narrow` is called once, when the stack is compiled
+    Args:
+        name: Name of the limit.
+        owners: Names that a bound of this limit may go by, one for each reason. None: its own name.
+    """
 
-    def narrow(self, at: Configuration, bounds: Array, index: int) -> None:
+    def __init__(self, name: str, owners: Sequence[str] | None = None) -> None:
+        self.name = name
+        self.owners = (name,) if owners is None else tuple(owners)
+
+    def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:
         """Narrow the bounds in place.
 
-        `bounds` (4, nv): lower, upper, and which limit each lower and each upper bound comes from; put
-        `index` there where this one binds.
+        A limit with a kernel inherits this method, which runs the kernel; other limits define their own. Only
+        narrow: where another limit is tighter already, leave it. `narrow_one` does that for one velocity.
+
+        Args:
+            configuration: Robot at the posture of this tick.
+            bounds: (4, nv): lower bounds, upper bounds, owner of each lower bound, owner of each upper bound.
+            owner: Number of the first of `owners`; write it, or a following one, where this limit binds.
         """
-        ...
+        if self.kernel is not None:
+            self.kernel(self.parameters, self.memory, state_of(configuration), bounds, owner)  # type: ignore[call-arg]
 
 
-@runtime_checkable
-class RowLimit(Protocol):
-    """Bounds on sums of velocities: lower ≤ A v ≤ upper, hard rows with names."""
-
-    name: str
-    row_names: tuple[str, ...]
-    row_units: tuple[str, ...]
-    column: tuple[int, ...]
-
-    def prepare(self, rows: LevelRows) -> None:
-        """Write once what never changes; A arrives full of zeros."""
-        ...
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        """Write the rows at a configuration and time, in place."""
-        ...
+class RowLimit(RowPart):
+    """Bounds on sums of velocities: hard rows lower ≤ A v ≤ upper with names; see `RowPart`."""
 
 
-@runtime_checkable
-class RateLimit(Protocol):
-    """A limit whose bounds depend on the velocity of the last tick."""
+class RateLimit:
+    """A limit whose bounds depend on the velocity of the last tick; derive from it besides `BoundLimit`."""
 
     def moved(self, v: Array) -> None:
-        """Take v (nv,) for the velocity that the robot has until the next tick."""
-        ...
+        """Take a velocity for the one that the robot has until the next tick.
+
+        Args:
+            v: Velocity, (nv,) [rad/s, m/s].
+        """
+        raise NotImplementedError(f"{type(self).__name__} lacks moved()")
 
     def brakes(self) -> Array:
-        """(nv,): from there towards standstill, as hard as allowed."""
-        ...
+        """Return the velocity of the next tick if the robot brakes as hard as allowed.
+
+        Returns:
+            (nv,) [rad/s, m/s]; 0 where standstill can be reached.
+        """
+        raise NotImplementedError(f"{type(self).__name__} lacks brakes()")
 
 
-@runtime_checkable
-class Limit(Protocol):
-    """A declaration, known to no robot yet."""
+class Limit:
+    """Base of all limits: a declaration that knows no robot yet.
 
-    @property
-    def name(self) -> str: ...
+    Attributes:
+        name: Name in explanations, logs and plots.
+        obstacles: Shapes that the limit keeps away from, to be drawn.
+    """
 
-    def bind(self, robot: Robot, dt: float) -> BoundLimit | RowLimit:
-        """The limit for a robot that takes steps of dt [s]."""
-        ...
+    name: str = "limit"
+    obstacles: Sequence[Shape] | Shape = ()
+
+    def bind(self, robot: Robot, dt: float) -> BoundLimit | RowPart:
+        """Return the limit for a robot.
+
+        Args:
+            robot: The robot.
+            dt: Time [s] from one tick to the next.
+
+        Returns:
+            The bound limit.
+
+        Raises:
+            UnknownName: The robot lacks a joint or link of the limit.
+        """
+        raise NotImplementedError(f"{type(self).__name__} lacks bind()")
+
+
+@kernel
+def narrow_one(bounds, j, lower, upper, owner):
+    """Narrow the bounds of one velocity, and note the owner of each bound that became tighter.
+
+    NaN is written, too, so that it is found.
+
+    Args:
+        bounds: (4, nv), see `BoundLimit.narrow`.
+        j: Column of the velocity.
+        lower: Lower bound [rad/s, m/s].
+        upper: Upper bound [rad/s, m/s].
+        owner: Number of the owner.
+    """
+    if not lower <= bounds[0, j]:
+        bounds[0, j], bounds[2, j] = lower, owner
+    if not upper >= bounds[1, j]:
+        bounds[1, j], bounds[3, j] = upper, owner

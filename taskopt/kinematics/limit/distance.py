@@ -1,66 +1,265 @@
-"""Keeping distances: hard rows that brake an approach, and the speeds at which one step stays predictable."""
+"""Limits that keep distances: to obstacles, and between the links of a robot.
+
+Hard rows brake an approach, and bounds on the velocities keep one step predictable.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from taskopt.arrays import Array, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.jit import kernel
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.collision.pairs import named_pairs, self_pairs, shapes_of
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.distance_kernel import approach_into, narrow_to_speeds
+from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
+from taskopt.kinematics.limit.base import BoundLimit, Limit, RowLimit, narrow_one
+from taskopt.kinematics.robot import Robot
 
 
-class BoundDistance:
-    """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than `influence`, and bounds on the speeds.
+@dataclass(frozen=True)
+class ObstacleLimit(Limit):
+    """Let no link that moves come nearer than a margin to any obstacle.
 
-    d_s = margin + reserve. An Euler step changes d by Δt ∇d·v up to a loss of at most
-    s · jump + s² · bend where every |v_k| ≤ s v̄_k, v̄ being `speeds` (`robot.reach`). `reserve` (P,) is
-    jump + 2 bend, room for more than s = 1, but at most half of the way from margin to influence.
+        ∇d·v ≥ −κ (d − d_s)/Δt   for d < d_i
 
-    The bounds |v_k| ≤ s v̄_k, s being the largest for which no pair can lose more than its row leaves it,
-    make sure that d ≥ margin stays so in every step, whatever other limits there are. They bind only
-    for distances within the reserve, or where Δt is long. Rows and bounds all allow v = 0.
+    d is the distance, d_i the influence, and d_s the margin and a reserve for what one Euler step can lose;
+    `bind(robot, dt).reserve` states the reserve. A link that starts inside the margin may stop or leave. One
+    row [m/s] for each shape of a link and obstacle, named "link – obstacle", and bounds on the velocities
+    where a step could lose more than that. Meshes count as their convex hulls.
+
+    Args:
+        obstacles: One shape or several, in the world.
+        margin: Least distance [m]. More keeps farther away.
+        influence: d_i > margin [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
+            and more gently.
+        links: Names of links. Default: every link that moves.
+        name: Name in explanations, logs and plots.
+
+    Raises:
+        InvalidValue: A number is out of its range, or an obstacle is no shape.
+
+    Source:
+        The velocity damper of Faverjon and Tournassoud (1987), IEEE International Conference on Robotics and
+        Automation, with ξ = κ (d_i − d_s)/Δt.
     """
 
-    constant = False
+    obstacles: Sequence[Shape] | Shape = field()
+    margin: float = 0.02
+    influence: float = 0.1
+    gain: float = 0.1
+    links: Sequence[str] | None = None
+    name: str = "obstacle"
 
-    def __init__(
-        self, collision: Collision, dt: float, name: str, margin: float, influence: float, gain: float
-    ) -> None:
-        self.name, self.distances = name, Distances(collision)
-        self.margin, self.influence, self.gain, self.dt = margin, influence, gain, dt
-        self.row_names = collision.names
-        self.row_units = ("m/s",) * len(collision.names)
-        self.column = (-1,) * len(collision.names)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "obstacles", checked_obstacles(self.obstacles))
+        Braking.checked(self.margin, self.influence, self.gain)
+
+    def bind(self, robot: Robot, dt: float) -> "BoundDistance":
+        """Return rows and bounds for a robot; see `Limit.bind`."""
+        collision = Collision.with_obstacles(robot, checked_obstacles(self.obstacles), self.links)
+        return BoundDistance(
+            collision, dt, self.name, Braking.checked(self.margin, self.influence, self.gain)
+        )
+
+
+@dataclass(frozen=True)
+class SelfCollisionLimit(Limit):
+    """Let no two links come nearer than a margin to each other; rows and bounds are as in `ObstacleLimit`.
+
+    One row [m/s] for each pair of shapes.
+
+    Args:
+        margin: Least distance [m]. More keeps farther apart.
+        influence: d_i > margin [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
+            and more gently.
+        pairs: Pairs of names of links. Default: the pairs that the robot's SRDF leaves enabled; without an
+            SRDF, all but neighbours and links that are never farther apart than the margin.
+        name: Name in explanations, logs and plots.
+
+    Raises:
+        InvalidValue: A number is out of its range; or, when bound, no two links can meet.
+
+    Source:
+        As `ObstacleLimit`.
+    """
+
+    margin: float = 0.01
+    influence: float = 0.05
+    gain: float = 0.1
+    pairs: Sequence[tuple[str, str]] | None = None
+    name: str = "self_collision"
+
+    def __post_init__(self) -> None:
+        Braking.checked(self.margin, self.influence, self.gain)
+
+    def bind(self, robot: Robot, dt: float) -> "BoundDistance":
+        """Return rows and bounds for a robot; see `Limit.bind`."""
+        shapes_of(robot, None)
+        pairs = self_pairs(robot, self.margin) if self.pairs is None else named_pairs(robot, self.pairs)
+        if not pairs:
+            raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-collision limit out")
+        collision = Collision.of_itself(robot, pairs)
+        return BoundDistance(
+            collision, dt, self.name, Braking.checked(self.margin, self.influence, self.gain)
+        )
+
+
+@dataclass(frozen=True)
+class Braking:
+    """How a distance limit brakes.
+
+    Attributes:
+        margin: Least distance [m], ≥ 0.
+        influence: Distance at which braking begins [m], > margin.
+        gain: Largest fraction of what is left that one step may take, in (0, 1].
+    """
+
+    margin: float
+    influence: float
+    gain: float
+
+    @staticmethod
+    def checked(margin: float, influence: float, gain: float) -> "Braking":
+        """Return the three numbers as a record.
+
+        Args:
+            margin: Least distance [m].
+            influence: Distance at which braking begins [m].
+            gain: Largest fraction of what is left that one step may take.
+
+        Returns:
+            The record.
+
+        Raises:
+            InvalidValue: Unless 0 ≤ margin < influence and 0 < gain ≤ 1.
+        """
+        least, begin = float(finite("margin", margin, ())), positive("influence", influence)
+        if not 0.0 <= least < begin:
+            raise InvalidValue(f"margin must be ≥ 0 and less than influence {begin:g}, got {least:g}")
+        if positive("gain", gain) > 1.0:
+            raise InvalidValue(f"gain of a distance limit must be in (0, 1], got {gain:g}")
+        return Braking(least, begin, float(gain))
+
+
+class BoundDistance(RowLimit, BoundLimit):
+    """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than the influence, and bounds on the velocities.
+
+    An Euler step changes d by Δt ∇d·v up to a loss of at most s · jump + s² · bend where every
+    |v_k| ≤ s v̄_k (`step_losses`). d_s = margin + reserve, and the reserve is jump + 2 bend, room for more
+    than s = 1, but at most half of the way from margin to influence.
+
+    The bounds |v_k| ≤ s v̄_k, with the largest s for which no pair can lose more than its row leaves it, make
+    sure that d ≥ margin stays so in every step, whatever other limits there are. They bind only for distances
+    within the reserve, or where Δt is long. Rows and bounds all allow v = 0.
+
+    Args:
+        collision: The pairs of shapes, P of them.
+        dt: Δt [s].
+        name: Name of the limit.
+        braking: Margin, influence and gain.
+
+    Attributes:
+        distances: What the last `fill` measured.
+        margin: Least distance [m].
+        influence: Distance at which braking begins [m].
+        gain: κ.
+        dt: Δt [s].
+        speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
+        jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
+        bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
+        reserve: What is added to the margin of each pair, (P,) [m].
+        share: s of each velocity, as of the last `fill`, (nv,).
+    """
+
+    def __init__(self, collision: Collision, dt: float, name: str, braking: Braking) -> None:
+        units = ("m/s",) * len(collision.names)
+        RowLimit.__init__(self, name, collision.names, units)
+        BoundLimit.__init__(self, name)
+        self.distances = Distances(collision)
+        self.margin, self.influence, self.gain = braking.margin, braking.influence, braking.gain
+        self.dt = dt
         self.speeds = nominal_speeds(collision.robot)
-        travel, self.jump, self.bend = step_losses(collision, dt, influence)
-        self.reserve: Array = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (influence - margin))
+        travel, self.jump, self.bend = step_losses(collision, dt, self.influence)
+        self.reserve: Array = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (self.influence - self.margin))
         self._known = np.array([travel, self.jump, self.bend, self.reserve])
-        self.share: Array = np.empty(collision.robot.nv)  # s of each velocity
+        self._settings = np.array([self.margin, self.influence, self.gain, dt])
+        self.share: Array = np.empty(collision.robot.nv)
 
     def prepare(self, rows: LevelRows) -> None:
+        """Open both sides; see `RowPart.prepare`."""
         rows.lower[:], rows.upper[:] = -np.inf, np.inf
 
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002 (protocol)
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Measure the distances and write the rows; see `RowPart.fill`."""
         of = self.distances
-        of.update(at)
+        of.update(configuration)
+        turn = of.collision.turn
         approach_into(
-            of.distance, of.gradient, of.collision.turn, self._known,
-            self.margin, self.influence, self.gain, self.dt,
-            rows.A, rows.lower, self.share,
-        )  # fmt: skip
+            of.distance, of.gradient, turn, self._known, self._settings, rows.A, rows.lower, self.share
+        )
 
-    def narrow(self, at: Configuration, bounds: Array, index: int) -> None:  # noqa: ARG002 (after fill)
-        narrow_to_speeds(self.share, self.speeds, bounds, index)
+    def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG002
+        """Narrow the bounds to |v_k| ≤ s_k v̄_k, after `fill`; see `BoundLimit.narrow`."""
+        narrow_to_speeds(self.share, self.speeds, bounds, owner)
 
 
-def checked_distances(margin: float, influence: float, gain: float) -> tuple[float, float, float]:
-    """Numbers of a distance limit; raise `InvalidValue` unless 0 ≤ margin < influence, 0 < gain ≤ 1."""
-    margin, influence = float(finite("margin", margin, ())), positive("influence", influence)
-    if not 0.0 <= margin < influence:
-        raise InvalidValue(f"margin must be ≥ 0 and less than influence {influence:g}, got {margin:g}")
-    if positive("gain", gain) > 1.0:
-        raise InvalidValue(f"gain of a distance limit must be in (0, 1], got {gain:g}")
-    return margin, influence, float(gain)
+@kernel
+def approach_into(distance, gradient, turn, known, settings, A, lower, share):
+    """Write the rows of a `BoundDistance`, and the share of each velocity.
+
+    Args:
+        distance: d of each pair, (P,) [m].
+        gradient: ∇d of each pair along the velocities, (P, nv).
+        turn: Zero where a velocity does not move a pair, (P, nv).
+        known: Travel, jump, bend and reserve of each pair, (4, P) [m].
+        settings: Margin [m], influence [m], gain, Δt [s].
+        A: Rows, (P, nv), written here.
+        lower: Lower bounds, (P,) [m/s], written here.
+        share: s of each velocity, (nv,), written here.
+    """
+    margin, influence, gain, dt = settings[0], settings[1], settings[2], settings[3]
+    for k in range(share.size):
+        share[k] = np.inf
+    for i in range(distance.size):
+        travel, jump, bend, reserve = known[0, i], known[1, i], known[2, i], known[3, i]
+        room = distance[i] - margin
+        near = not distance[i] >= influence  # so that NaN is handed on, and found
+        for k in range(A.shape[1]):
+            A[i, k] = gradient[i, k] if near else 0.0
+        if near:
+            free = max(room - reserve, 0.0)
+            lower[i] = -gain * free / dt
+            budget, first = room - gain * free, jump
+            if room < CONTACT:
+                budget = max(CONTACT, -0.1 * room)
+        else:
+            lower[i] = -np.inf
+            budget, first = room, travel
+        s = 2.0 * budget / (first + np.sqrt(first * first + 4.0 * bend * budget))
+        for k in range(share.size):
+            if turn[i, k] != 0.0:
+                share[k] = min(share[k], s)
+
+
+@kernel
+def narrow_to_speeds(share, speeds, bounds, owner):
+    """Narrow the bounds to |v_k| ≤ s_k v̄_k.
+
+    Args:
+        share: s of each velocity, (nv,).
+        speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
+        bounds: (4, nv), see `BoundLimit.narrow`.
+        owner: Number of the limit.
+    """
+    for k in range(share.size):
+        limit = share[k] * speeds[k]
+        narrow_one(bounds, k, -limit, limit, owner)

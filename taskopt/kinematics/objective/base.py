@@ -1,4 +1,4 @@
-"""Functions of the configuration that a secondary goal climbs (3.55); they add and scale."""
+"""Functions of the configuration that a secondary goal climbs; they add and scale."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -9,23 +9,49 @@ import numpy as np
 
 from taskopt.arrays import Array, finite
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Shape
 
 
 class Objective(ABC):
     """A function w(q), larger being better, with its gradient.
 
-    Own objectives derive from this; 5.0 * a + 0.1 * b and −a are objectives too.
+    Own objectives derive from this class and define `value` and `gradient`; `taskopt.testing.check_objective`
+    tries them. 5.0 * a + 0.1 * b and −a are objectives, too. Objectives must be hashable and must not change.
+
+    Attributes:
+        unit: Unit of w, such as "m"; "" for a plain number.
+        obstacles: Shapes that w depends on, to be drawn.
+
+    Source:
+        Equation (3.55).
     """
+
+    unit: str = ""
+    obstacles: Sequence[Shape] = ()
 
     __array_ufunc__ = None  # so that a NumPy number leaves the product to __rmul__
 
     @abstractmethod
-    def value(self, at: Configuration) -> float:
-        """w(q)."""
+    def value(self, configuration: Configuration) -> float:
+        """Return w(q).
+
+        Args:
+            configuration: Robot at q.
+
+        Returns:
+            w, in its unit.
+        """
 
     @abstractmethod
-    def gradient(self, at: Configuration) -> Array:
-        """∂w/∂q (nv,), per unit of each velocity."""
+    def gradient(self, configuration: Configuration) -> Array:
+        """Return ∂w/∂q along the velocities.
+
+        Args:
+            configuration: Robot at q.
+
+        Returns:
+            (nv,), in the unit of w per rad or m: entry k is the derivative of w(q ⊕ s e_k) by s at 0.
+        """
 
     def __add__(self, other: "Objective") -> "Sum":
         if not isinstance(other, Objective):
@@ -33,7 +59,7 @@ class Objective(ABC):
         return Sum((*_terms(self), *_terms(other)))
 
     def __radd__(self, other: object) -> Union["Sum", "Objective"]:
-        """Zero may stand before an objective, so that the built-in sum() works."""
+        """Let zero stand before an objective, so that the built-in sum() works."""
         return self if other == 0 else NotImplemented
 
     def __mul__(self, factor: float) -> "Sum":
@@ -53,19 +79,37 @@ class Objective(ABC):
 
 @dataclass(frozen=True)
 class Sum(Objective):
-    """Σ factor · w over pairs of factor and objective."""
+    """A weighted sum of objectives, w = Σ factor · w_i.
+
+    Attributes:
+        terms: Pairs of factor and objective.
+    """
 
     terms: tuple[tuple[float, Objective], ...]
 
-    def value(self, at: Configuration) -> float:
-        return sum(factor * term.value(at) for factor, term in self.terms)
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """Unit that all terms have in common, or "" if they differ; factors count as plain numbers."""
+        units = {term.unit for _, term in self.terms}
+        return units.pop() if len(units) == 1 else ""
 
-    def gradient(self, at: Configuration) -> Array:
-        out = np.zeros(at.robot.nv)
+    @property
+    def obstacles(self) -> Sequence[Shape]:  # type: ignore[override]
+        """Shapes that the terms depend on."""
+        return tuple(shape for _, term in self.terms for shape in term.obstacles)
+
+    def value(self, configuration: Configuration) -> float:
+        """Return w(q); see `Objective.value`."""
+        return sum(factor * term.value(configuration) for factor, term in self.terms)
+
+    def gradient(self, configuration: Configuration) -> Array:
+        """Return ∂w/∂q (nv,); see `Objective.gradient`."""
+        out = np.zeros(configuration.robot.nv)
         for factor, term in self.terms:
-            out += factor * term.gradient(at)
+            out += factor * term.gradient(configuration)
         return out
 
 
 def _terms(objective: Objective) -> Sequence[tuple[float, Objective]]:
+    """Return the terms of a sum; any other objective is its own only term."""
     return objective.terms if isinstance(objective, Sum) else ((1.0, objective),)

@@ -5,9 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective.base import Objective
 
@@ -16,14 +15,23 @@ _STEP = 6e-6  # cube root of the spacing of floats: truncation and rounding of a
 
 @dataclass(frozen=True)
 class UserFunction(Objective):
-    """w(q) as `value(at)`, with ∂w/∂q (nv,) as `derivative(at)`; `at` is a `Configuration`, `at.q` its q.
+    """An objective from plain functions of the configuration.
 
-    Without a gradient, w is differentiated numerically, by 2 nv evaluations on every tick and to
-    about ten digits; a warning says so. Raises `InvalidValue` if a function returns the wrong shape or NaN.
+    Without a derivative, w is differentiated numerically, with 2 nv evaluations on every tick and to about
+    ten digits; a warning says so.
+
+    Args:
+        function: w, a number from a `Configuration`; its q is `configuration.q`.
+        derivative: ∂w/∂q, (nv,) from a `Configuration`. Default: central differences.
+        unit: Unit of w, such as "m"; "" for a plain number.
+
+    Raises:
+        InvalidValue: A function returns the wrong shape or NaN; when called.
     """
 
     function: Callable[[Configuration], float]
     derivative: Callable[[Configuration], ArrayLike] | None = None
+    unit: str = ""
 
     def __post_init__(self) -> None:
         if self.derivative is None:
@@ -33,28 +41,40 @@ class UserFunction(Objective):
                 stacklevel=3,
             )
 
-    def value(self, at: Configuration) -> float:
-        return float(finite(f"value of {self._name}", self.function(at), ()))
+    def value(self, configuration: Configuration) -> float:
+        """Return w(q); see `Objective.value`."""
+        return float(finite(f"value of {self._name}", self.function(configuration), ()))
 
-    def gradient(self, at: Configuration) -> Array:
+    def gradient(self, configuration: Configuration) -> Array:
+        """Return ∂w/∂q (nv,); see `Objective.gradient`."""
         if self.derivative is not None:
-            return finite(f"gradient of {self._name}", self.derivative(at), (at.robot.nv,))
-        return numerical_gradient(self.value, at)
+            gradient = self.derivative(configuration)
+            return finite(f"gradient of {self._name}", gradient, (configuration.robot.nv,))
+        return numerical_gradient(self.value, configuration)
 
     @property
     def _name(self) -> str:
+        """How messages call it."""
         return f"objective '{getattr(self.function, '__name__', 'function')}'"
 
 
-def numerical_gradient(value: Callable[[Configuration], float], at: Configuration) -> Array:
-    """Central differences (nv,) of a function along each velocity, on the manifold (3.48)."""
-    robot, near = at.robot, Configuration(at.robot, at.q)
+def numerical_gradient(value: Callable[[Configuration], float], configuration: Configuration) -> Array:
+    """Differentiate a function along each velocity by central differences, on the manifold (3.48).
+
+    Args:
+        value: A number from a `Configuration`.
+        configuration: Robot at q.
+
+    Returns:
+        (nv,), to about ten digits.
+    """
+    robot, near = configuration.robot, Configuration(configuration.robot, configuration.q)
     out, step = np.empty(robot.nv), np.zeros(robot.nv)
     for k in range(robot.nv):
         step[k] = _STEP
-        near.update(robot.integrate(at.q, step, 1.0))
+        near.update(robot.integrate(configuration.q, step, 1.0))
         ahead = value(near)
-        near.update(robot.integrate(at.q, step, -1.0))
+        near.update(robot.integrate(configuration.q, step, -1.0))
         out[k] = (ahead - value(near)) / (2.0 * _STEP)
         step[k] = 0.0
     return out

@@ -1,13 +1,12 @@
-"""Distance from mechanical joint limits."""
+"""Distance from mechanical joint limits as an objective."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray, bound
+from taskopt.arrays import Array, ArrayLike, IntArray, bound
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective.base import Objective
@@ -16,11 +15,21 @@ from taskopt.kinematics.robot.robot import Robot
 
 @dataclass(frozen=True, init=False)
 class JointRange(Objective):
-    """w = −1/(2n) Σ ((qᵢ − q̄ᵢ) / (qᵢ_max − qᵢ_min))² over n joints (3.57), q̄ᵢ the middle of the range.
+    """Distance from the limits of the joints, w = −1/(2n) Σ ((q_i − q̄_i)/(q_i,max − q_i,min))².
 
-    Joints without a limit on either side do not count, in n neither. `joints` chooses by name
-    (default: all); `lower` and `upper` replace the robot's limits [rad], [m] where they are given, one
-    number for all chosen joints or one for each.
+    The sum runs over n joints, with q̄_i the middle of the range. w is a plain number, 0 in the middle of all
+    ranges and negative elsewhere. Joints without a limit on either side do not count, in n neither.
+
+    Args:
+        joints: Names of joints. Default: all that have a range.
+        lower: Lower limits [rad, m] in place of the robot's, one number or one for each chosen joint.
+        upper: Upper limits [rad, m], likewise.
+
+    Raises:
+        InvalidValue: A lower limit is above its upper one, or no joint has a range; when first used.
+
+    Source:
+        Equation (3.57).
     """
 
     joints: tuple[str, ...] | None
@@ -37,21 +46,22 @@ class JointRange(Objective):
         object.__setattr__(self, "lower", _numbers("lower", lower))
         object.__setattr__(self, "upper", _numbers("upper", upper))
 
-    def value(self, at: Configuration) -> float:
-        _, places, middle, width = _ranges(self, at.robot)
-        return -0.5 * float(np.mean(((at.q[places] - middle) / width) ** 2))
+    def value(self, configuration: Configuration) -> float:
+        """Return w(q); see `Objective.value`."""
+        _, places, middle, width = _ranges(self, configuration.robot)
+        return -0.5 * float(np.mean(((configuration.q[places] - middle) / width) ** 2))
 
-    def gradient(self, at: Configuration) -> Array:
-        """−(qᵢ − q̄ᵢ) / (n (qᵢ_max − qᵢ_min)²)."""
-        columns, places, middle, width = _ranges(self, at.robot)
-        out = np.zeros(at.robot.nv)
-        out[columns] = (middle - at.q[places]) / (len(columns) * width**2)
+    def gradient(self, configuration: Configuration) -> Array:
+        """Return ∂w/∂q, whose entries are −(q_i − q̄_i)/(n (q_i,max − q_i,min)²), (nv,)."""
+        columns, places, middle, width = _ranges(self, configuration.robot)
+        out = np.zeros(configuration.robot.nv)
+        out[columns] = (middle - configuration.q[places]) / (len(columns) * width**2)
         return out
 
 
 @lru_cache(maxsize=32)
 def _ranges(objective: JointRange, robot: Robot) -> tuple[IntArray, IntArray, Array, Array]:
-    """Columns of v, places in q, middle and width of the joints that count."""
+    """Return columns of v, places in q, middle and width of the joints that count."""
     chosen = _chosen(objective, robot)
     lower = _limits("lower", objective.lower, robot.position_lower[chosen])
     upper = _limits("upper", objective.upper, robot.position_upper[chosen])
@@ -70,6 +80,7 @@ def _ranges(objective: JointRange, robot: Robot) -> tuple[IntArray, IntArray, Ar
 
 
 def _chosen(objective: JointRange, robot: Robot) -> IntArray:
+    """Return the columns of v of the joints that are named."""
     if objective.joints is None:
         return np.flatnonzero(robot.position_index >= 0)
     slices = [robot.velocity_index(joint) for joint in objective.joints]
@@ -81,6 +92,7 @@ def _chosen(objective: JointRange, robot: Robot) -> IntArray:
 
 
 def _limits(name: str, given: tuple[float, ...] | None, own: Array) -> Array:
+    """Return the limits that are given, or the robot's own."""
     if given is None:
         return own
     if len(given) not in {1, len(own)}:
@@ -89,8 +101,10 @@ def _limits(name: str, given: tuple[float, ...] | None, own: Array) -> Array:
 
 
 def _numbers(name: str, value: ArrayLike | None) -> tuple[float, ...] | None:
+    """Return numbers as a hashable tuple."""
     return None if value is None else tuple(bound(name, np.atleast_1d(value), (None,)).tolist())
 
 
 def _name(robot: Robot, column: int) -> str:
+    """Return the name of a velocity, for messages."""
     return robot.velocity_names[column]

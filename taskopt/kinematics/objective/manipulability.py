@@ -1,4 +1,4 @@
-"""Distance from kinematic singularities."""
+"""Distance from kinematic singularities as an objective."""
 
 from dataclasses import dataclass, field
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.tolerances import JACOBI_DONE, JACOBI_ORTHOGONAL
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective.base import Objective
@@ -14,14 +15,24 @@ from taskopt.kinematics.space import chosen_rows
 
 @dataclass(frozen=True)
 class Manipulability(Objective):
-    """w = √det(J Jᵀ) (3.56), the product of the singular values of the frame's Jacobian (Problem 3.8).
+    """Distance from singularities, w = √det(J Jᵀ), the product of the singular values of a Jacobian.
 
-    `axes` chooses rows of J, in the world's axes: letters of "xyz" and, after a blank, of "rpy".
-    Yoshikawa (1985), IJRR 4(2). w depends on the unit of length where both kinds of rows are chosen.
+    J has the rows of the frame's geometric Jacobian that are chosen, in the axes of the world. The unit of w
+    is m to the power of the number of rows x, y, z; w depends on the unit of length.
 
-    ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With J = Σ σᵢ uᵢ vᵢᵀ, w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σⱼ) vᵢ uᵢᵀ,
-    which stays finite where w = 0. There w has a kink like |x|, and the gradient is a slope to one
-    side of it, so that climbing leaves the singularity.
+    ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With J = Σ σ_i u_i v_iᵀ, w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σ_j) v_i u_iᵀ,
+    which stays finite where w = 0. There w has a kink like |x|, and the gradient is the slope to one side of
+    it, so that climbing leaves the singularity.
+
+    Args:
+        frame: Name of the frame.
+        axes: Rows of J: letters of "xyz" and, after a blank, of "rpy".
+
+    Raises:
+        InvalidValue: No row is chosen; or, when first used, fewer joints than rows move the frame.
+
+    Source:
+        Equation (3.56) and Problem 3.8; Yoshikawa (1985), International Journal of Robotics Research 4(2).
     """
 
     frame: str
@@ -31,27 +42,36 @@ class Manipulability(Objective):
     def __post_init__(self) -> None:
         object.__setattr__(self, "_rows", chosen_rows(self.axes, "xyzrpy"))
 
-    def value(self, at: Configuration) -> float:
-        return self._value_and_gradient(at)[0]
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """Unit of w: "", "m", "m²" or "m³"."""
+        return ("", "m", "m²", "m³")[int((self._rows < 3).sum())]
 
-    def gradient(self, at: Configuration) -> Array:
-        return self._value_and_gradient(at)[1]
+    def value(self, configuration: Configuration) -> float:
+        """Return w(q); see `Objective.value`."""
+        return self._value_and_gradient(configuration)[0]
 
-    def _value_and_gradient(self, at: Configuration) -> tuple[float, Array]:
-        columns = at.frame(self.frame).columns
+    def gradient(self, configuration: Configuration) -> Array:
+        """Return ∂w/∂q (nv,); see `Objective.gradient`."""
+        return self._value_and_gradient(configuration)[1]
+
+    def _value_and_gradient(self, configuration: Configuration) -> tuple[float, Array]:
+        """Return w and ∂w/∂q."""
+        robot, columns = configuration.robot, configuration.frame(self.frame).columns
         if len(self._rows) > len(columns):
             raise InvalidValue(
                 f"manipulability of '{self.frame}' in {len(self._rows)} axes is 0 everywhere, as only "
                 f"{len(columns)} joint(s) move it; choose fewer axes, as in axes='xy'"
             )
-        out = np.zeros(at.robot.nv)
-        w = _manipulability_into(at.jacobian(self.frame), self._rows, columns, at.robot.column_joint, out)
+        out = np.zeros(robot.nv)
+        jacobian = configuration.jacobian(self.frame)
+        w = _manipulability_into(jacobian, self._rows, columns, robot.column_joint, out)
         return w, out
 
 
 @kernel
 def _manipulability_into(jacobian, rows, columns, column_joint, out):
-    """w, and its gradient into `out` (nv,), which must be zero where no column is."""
+    """Write the gradient into `out` (nv,), which must be zero where no column is, and return w."""
     m, n = len(rows), len(columns)
     B, U = np.empty((m, n)), np.eye(m)
     for i in range(m):
@@ -85,8 +105,8 @@ def _manipulability_into(jacobian, rows, columns, column_joint, out):
 def _orthogonalise_rows(B, U):
     """Rotate the rows of B (m, n) until they are orthogonal, B ← UᵀB: then B = Σ Vᵀ.
 
-    One-sided Jacobi, Hestenes (1958), J. SIAM 6(1): small singular values keep their digits, which
-    they lose in J Jᵀ.
+    The one-sided method of Jacobi keeps the digits of small singular values, which are lost in J Jᵀ. Hestenes
+    (1958), Journal of the Society for Industrial and Applied Mathematics 6(1).
     """
     m, n = B.shape
     for _ in range(30):
@@ -98,7 +118,7 @@ def _orthogonalise_rows(B, U):
                     pp += B[p, j] * B[p, j]
                     qq += B[q, j] * B[q, j]
                     pq += B[p, j] * B[q, j]
-                if abs(pq) <= 1e-15 * np.sqrt(pp * qq):
+                if abs(pq) <= JACOBI_ORTHOGONAL * np.sqrt(pp * qq):
                     continue
                 largest = max(largest, abs(pq) / np.sqrt(pp * qq))
                 zeta = (qq - pp) / (2.0 * pq)
@@ -109,7 +129,7 @@ def _orthogonalise_rows(B, U):
                     B[p, j], B[q, j] = c * B[p, j] - s * B[q, j], s * B[p, j] + c * B[q, j]
                 for j in range(m):
                     U[j, p], U[j, q] = c * U[j, p] - s * U[j, q], s * U[j, p] + c * U[j, q]
-        if largest < 1e-12:  # converges quadratically: the rotations just made have finished it
+        if largest < JACOBI_DONE:  # converges quadratically: the rotations just made have finished it
             return
 
 
@@ -137,7 +157,7 @@ def _fill_beside(B, sigma, empty):
 
 @kernel
 def _contract_with_hessian(slope, jacobian, columns, column_joint, out):
-    """out_k = Σ slope[r, j] ∂J[r, j]/∂q_k, by the formula of `frame_hessian_into`, never forming it."""
+    """Write out_k = Σ slope[r, j] ∂J[r, j]/∂q_k as `frame_hessian_into` has it, without forming it."""
     for k in columns:
         vx, vy, vz = jacobian[0, k], jacobian[1, k], jacobian[2, k]
         wx, wy, wz = jacobian[3, k], jacobian[4, k], jacobian[5, k]

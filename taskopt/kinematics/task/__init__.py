@@ -3,14 +3,14 @@
 from taskopt.kinematics.task.base import BoundTask as BoundTask
 from taskopt.kinematics.task.base import Task as Task
 from taskopt.kinematics.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask
-from taskopt.kinematics.task.damping import LevelDamping as LevelDamping
+from taskopt.kinematics.task.damping import DampingTask as DampingTask
 from taskopt.kinematics.task.frame import FrameTask as FrameTask
 from taskopt.kinematics.task.frame import OrientationTask as OrientationTask
 from taskopt.kinematics.task.frame import PositionTask as PositionTask
-from taskopt.kinematics.task.gradient import GradientTask as GradientTask
 from taskopt.kinematics.task.inequality import BoxTask as BoxTask
 from taskopt.kinematics.task.inequality import GazeTask as GazeTask
 from taskopt.kinematics.task.joint import JointTask as JointTask
+from taskopt.kinematics.task.level_damping import LevelDamping as LevelDamping
+from taskopt.kinematics.task.objective import GradientTask as GradientTask
 from taskopt.kinematics.task.objective import ObjectiveTask as ObjectiveTask
 from taskopt.kinematics.task.transition import During as During
-from taskopt.kinematics.task.velocity import DampingTask as DampingTask

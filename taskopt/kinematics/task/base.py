@@ -1,61 +1,177 @@
-"""What every task is: a declaration that, bound to a robot, fills its rows in place on every tick."""
+"""Tasks: a declaration that, bound to a robot, becomes rows of a level.
 
-from typing import Protocol, runtime_checkable
+A task is declared once and knows no robot. `bind` makes a `BoundTask` of it for one robot and one plan, which
+fills its rows in place on every tick. Own tasks derive from `Task` and `BoundTask`;
+`taskopt.testing.check_task` tries whether they keep what is promised here.
+"""
 
-from taskopt.arrays import Array
-from taskopt.hierarchy.problem import LevelRows
-from taskopt.kinematics.configuration import Configuration
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike, finite
+from taskopt.errors import InvalidValue
+from taskopt.jit import kernel
+from taskopt.kinematics.part import RowPart
 from taskopt.kinematics.robot import Robot
 
+Cone = tuple[str, Array, float]
 
-class BoundTask(Protocol):
-    """A task of one robot in one plan: rows A v = b, or lower ≤ A v ≤ upper, and their names.
 
-    `error` is e = x_d − x of the last `fill`, unweighted, one number a row; `gain` K [1/s] is what
-    multiplies it. `column[i]` is j where row i is e_j for good, else −1. Frame tasks have the name of
-    their `frame` and the poses `desired` and `actual` (4, 4) of the last `fill`; elsewhere None.
+class BoundTask(RowPart):
+    """A task of one robot in one plan: rows A v = b, or lower ≤ A v ≤ upper.
+
+    For a task with an error e(q, t) that shall die out, A = −∂e/∂q along the velocities and
+    b = ∂e/∂t + K e, so that ė = −K e where A v = b (3.67)–(3.70).
+
+    Args:
+        name: Name of the task in its plan.
+        row_names: Name of each row.
+        row_units: Unit of b for each row.
+        gain: K [1/s], one number or one for each row.
+        weight: Factor of ½ (A v − b)² within the level, one number or one for each row.
+        column: For each row j if it is the unit vector e_j for good, else −1; None: −1 for all.
+
+    Attributes:
+        gain: K [1/s], (m,).
+        weight: Weights, (m,).
+        error: e of the last `fill`, unweighted, (m,), in the unit of its row times seconds. `fill` writes it.
+        frame: Name of the frame that the task moves, where it has desired and actual poses, else None.
+        desired: Pose (4, 4) that the frame should have, as of the last `fill`, or None.
+        actual: Pose (4, 4) that the frame has, as of the last `fill`, or None.
+        box: Sides (2, 3) [m] of a box in the world to be drawn: lower, upper; or None.
+        cone: Frame, unit axis in it (3,) and half angle [rad] of a cone to be drawn, or None.
     """
 
-    name: str
-    row_names: tuple[str, ...]
-    row_units: tuple[str, ...]  # of b and of the residual A v − b
-    column: tuple[int, ...]
-    weight: Array
-    gain: Array
-    error: Array
-    constant: bool  # what `prepare` wrote never changes, and `fill` need not be called
+    frame: str | None = None
+    desired: Array | None = None
+    actual: Array | None = None
+    box: Array | None = None
+    cone: Cone | None = None
 
-    @property
-    def frame(self) -> str | None: ...
-    @property
-    def desired(self) -> Array | None: ...
-    @property
-    def actual(self) -> Array | None: ...
-
-    def prepare(self, rows: LevelRows) -> None:
-        """Write once what never changes; A arrives full of zeros."""
-        ...
-
-    def start(self, at: Configuration, t: float) -> None:
-        """Anchor references that begin at the start posture, at the time t [s]."""
-        ...
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        """Write the rows at a configuration and time, in place, without allocating."""
-        ...
+    def __init__(
+        self,
+        name: str,
+        row_names: Sequence[str],
+        row_units: Sequence[str],
+        gain: ArrayLike = 1.0,
+        weight: ArrayLike = 1.0,
+        column: Sequence[int] | None = None,
+    ) -> None:
+        super().__init__(name, row_names, row_units, column)
+        m = len(self.row_names)
+        self.gain, self.weight = gains(gain, m), weights(weight, m)
+        self.error: Array = np.zeros(m)
 
 
-@runtime_checkable
-class Task(Protocol):
-    """A declaration, known to no robot yet."""
+class Task:
+    """Base of all tasks: a declaration that knows no robot yet.
 
-    @property
-    def name(self) -> str | None: ...
+    Attributes:
+        name: Name in logs and plots; None: the stack takes `default_name`.
+    """
+
+    name: str | None = None
 
     def bind(self, robot: Robot, name: str) -> BoundTask:
-        """The task's rows for a robot; raise `UnknownName` for a frame or joint that it lacks."""
-        ...
+        """Return the rows of this task for a robot.
+
+        Args:
+            robot: The robot.
+            name: Name of the task in its plan.
+
+        Returns:
+            The bound task.
+
+        Raises:
+            UnknownName: The robot lacks a frame or a joint of the task.
+        """
+        raise NotImplementedError(f"{type(self).__name__} lacks bind()")
 
     def default_name(self) -> str:
-        """What the stack calls it if it has no name."""
-        ...
+        """Return what the stack calls this task if it has no name: its class in words, without "Task"."""
+        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", type(self).__name__.removesuffix("Task"))
+        return words.lower()
+
+
+@kernel
+def task_rate(feedforward, gain, error):
+    """Return the rate that a row asks for, b = feedforward + K e.
+
+    Where A v = b, the error dies out as ė = −K e.
+
+    Args:
+        feedforward: ∂e/∂t, what keeps up with a moving target.
+        gain: K [1/s].
+        error: e, target minus actual value.
+
+    Returns:
+        b, in the unit of the error per second.
+
+    Source:
+        Equations (3.67)–(3.70).
+    """
+    return feedforward + gain * error
+
+
+def gains(gain: ArrayLike, count: int) -> Array:
+    """Return a gain for each row.
+
+    Args:
+        gain: K [1/s], one number, or `count` numbers.
+        count: Number of rows.
+
+    Returns:
+        K of each row, (count,).
+
+    Raises:
+        InvalidValue: A gain is negative or not finite, or there is another number of them.
+    """
+    return _each("gain", gain, count, ())
+
+
+def weights(weight: ArrayLike, count: int, pair: tuple[int, ...] = ()) -> Array:
+    """Return a weight for each row; 0 switches a row off.
+
+    Args:
+        weight: One number, `count` numbers, or one for each part of `pair`.
+        count: Number of rows.
+        pair: How many rows each of two parts has, such as position and orientation; () for no parts.
+
+    Returns:
+        Weight of each row, (count,).
+
+    Raises:
+        InvalidValue: A weight is negative or not finite, all are 0, or there is another number of them.
+    """
+    out = _each("weight", weight, count, pair)
+    if not out.any():
+        raise InvalidValue("weight must be > 0 for at least one row, got 0 for all")
+    return out
+
+
+def _each(name: str, value: ArrayLike, count: int, pair: tuple[int, ...]) -> Array:
+    """Return one number ≥ 0 for each row."""
+    size = np.size(value)
+    if np.ndim(value) == 0:
+        out = np.full(count, finite(name, value, ()))
+    elif pair and size == len(pair) != count:
+        out = np.repeat(finite(name, value, (len(pair),)), pair)
+    else:
+        out = finite(name, value, (count,))
+    if (out < 0.0).any():
+        raise InvalidValue(f"{name} must be ≥ 0, got {out.min():g}")
+    return out
+
+
+def rate_units(units: Iterable[str]) -> tuple[str, ...]:
+    """Return the units of rates of change.
+
+    Args:
+        units: Units of values, such as "rad", or "" for a plain number.
+
+    Returns:
+        Their units per second, such as "rad/s", or "1/s".
+    """
+    return tuple(f"{unit or '1'}/s" for unit in units)

@@ -5,27 +5,38 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.problem import LevelRows
-from taskopt.jit import kernel
+from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.rows import gains, task_rate, weights
+from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)
-class CentreOfMassTask:
-    """Bring the centre of mass to c_d(t), rows [m] along the axes of the world: J_c v = ċ_d + K (c_d − c).
+class CentreOfMassTask(Task):
+    """Bring the centre of mass c to a target point c_d(t): J_c v = ċ_d + K (c_d − c).
 
-    J_c = Σ m_i J_i / Σ m_i, with J_i the Jacobian of the centre of mass of link i; what is fixed to the
-    world does not count. `target` gives positions (3,). `gain` K [1/s] and `weight` (factor of
-    ½‖·‖², [s²/m²]): one number, or three; `axes`:
-    the rows taken, such as "xy". Raises `InvalidValue` for a robot without mass.
+    J_c = Σ m_i J_i / Σ m_i, with m_i the mass of link i and J_i the Jacobian of its centre of mass. Links
+    that are fixed to the world do not count. Rows x, y, z [m/s] along the axes of the world.
+
+    Args:
+        target: Target point (3,) [m] in the world, or a `Target`. Default: the point at the start.
+        gain: K [1/s], one number or three. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/m²], one number or three. More lets this task win
+            over others of the same level.
+        axes: Rows that are taken, such as "xy", or three truth values.
+        name: Name in logs and plots. Default: "centre of mass".
+
+    Raises:
+        InvalidValue: A number is out of its range; or, when bound, the robot has no mass.
+
+    Source:
+        Equation (3.67), applied to the centre of mass.
     """
 
     target: Any = field(default_factory=Hold)
@@ -39,81 +50,96 @@ class CentreOfMassTask:
         gains(self.gain, 3)
         weights(self.weight, 3)
 
-    def default_name(self) -> str:
-        return "centre of mass"
-
     def bind(self, robot: Robot, name: str) -> "BoundCentreOfMass":
+        """Return the rows for a robot; see `Task.bind`."""
         if not robot.mass > 0.0:
             raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")
         rows = chosen_rows(self.axes, "xyz")
         gain, weight = gains(self.gain, 3)[rows], weights(self.weight, 3)[rows]
-        return BoundCentreOfMass(robot, name, as_target(self.target), rows, gain, weight)
+        bound = BoundCentreOfMass(robot, name, rows, gain, weight)
+        bound.attach(as_target(self.target))
+        return bound
 
 
-class BoundCentreOfMass:
-    """The rows of one robot; the pose that stands for a position is the identity but for its place."""
+class BoundCentreOfMass(BoundTask):
+    """The rows of one robot; `desired` and `actual` are poses whose rotation is the identity.
 
-    kind = "centre of mass"
-    frame = None
-    constant = False
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        rows: Rows of three that are taken, (m,).
+        gain: K of each row [1/s], (m,).
+        weight: Weight of each row, (m,).
+    """
 
-    def __init__(
-        self, robot: Robot, name: str, reference: Target, rows: IntArray, gain: Array, weight: Array
-    ) -> None:
-        self.name, self.weight = name, weight
-        self.row_names = tuple(ROW_NAMES[i] for i in rows)
-        self.row_units = tuple(ROW_UNITS[i] for i in rows)
-        self.column: tuple[int, ...] = (-1,) * len(rows)
-        self._rows, self._reference = rows, reference
-        self.holds = isinstance(reference, Hold)
+    def __init__(self, robot: Robot, name: str, rows: IntArray, gain: Array, weight: Array) -> None:
+        super().__init__(name, [ROW_NAMES[i] for i in rows], [ROW_UNITS[i] for i in rows], gain, weight)
+        self._rows, self.kernel = rows, centre_of_mass_rows
         self._space = PoseSpace(f"target of '{name}'")
         parents, bodies = robot.carried()
         head = [len(rows), len(parents)]
-        self.program = np.concatenate([head, rows, parents, robot.column_joint]).astype(np.int64)
-        self.use(np.zeros((_LINKS + 2 * len(parents), 6)))
-        self.memory[_LINKS : _LINKS + len(parents), :4] = bodies
+        self.parameters = np.concatenate([head, rows, parents, robot.column_joint]).astype(np.int64)
+        self.use(np.zeros(6 * (_LINKS + 2 * len(parents))))
+        self._table[_LINKS : _LINKS + len(parents), :4] = bodies
         self.gain[:] = gain
-        self.desired[:] = self.actual[:] = np.eye(4)
+        self._table[_TARGET : _TARGET + 4, :4] = self._table[_ACTUAL : _ACTUAL + 4, :4] = np.eye(4)
+
+    def attach(self, target: Target) -> None:
+        """Take a target.
+
+        Args:
+            target: Target, in the terms of `taskopt.kinematics.target`.
+        """
+        self._target, self.fixed_target = target, isinstance(target, Hold)
 
     def use(self, memory: Array) -> None:
-        m, self.memory = len(self._rows), memory
-        self.desired, self.actual = memory[_TARGET : _TARGET + 4, :4], memory[_ACTUAL : _ACTUAL + 4, :4]
-        self.gain, self.error = memory[_GAIN, :m], memory[_ERROR, :m]
+        """Re-bind this part to a memory; see `Part.use`."""
+        m, self.memory, self._table = len(self._rows), memory, memory.reshape(-1, 6)
+        self.desired = self._table[_TARGET : _TARGET + 4, :4]
+        self.actual = self._table[_ACTUAL : _ACTUAL + 4, :4]
+        self.gain, self.error = self._table[_GAIN, :m], self._table[_ERROR, :m]
 
-    def prepare(self, rows: LevelRows) -> None:
-        pass
-
-    def start(self, at: Configuration, t: float) -> None:
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target at the present centre of mass; see `RowPart.start`."""
         pose = np.eye(4)
-        pose[:3, 3] = at.centre_of_mass()[0]
-        self._course = self._reference.start(self._space, pose, t)
+        pose[:3, 3] = configuration.centre_of_mass()[0]
+        self._course = self._target.start(self._space, pose, t)
 
     def aim(self, t: float) -> None:
-        self.memory[_MOVING, 0] = self._course(t, self.desired, self.memory[_TWIST])
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        self.aim(t)
-        J, placements = at.joint_jacobians, at.joint_placements
-        centre_of_mass_rows(self.program, J, placements, self.memory, rows.A, rows.lower, rows.upper)
+        """Write the target point at t [s], and its rate where it has one."""
+        pose, twist = self._table[_TARGET : _TARGET + 4, :4], self._table[_TWIST]
+        self._table[_MOVING, 0] = self._course(t, pose, twist)
 
 
-# Rows in the memory (rows, 6): two poses, then three numbers each; for each joint the mass of its body
-# and where that is centred in the joint's frame, then the same summed over all that the joint carries.
+# Rows of the table (rows, 6): two poses, then three numbers each; for each joint the mass of its body and the
+# place of its centre in the joint's frame, then the same summed over all that the joint carries.
 _TARGET, _ACTUAL, _TWIST, _GAIN, _ERROR, _MOVING, _LINKS = 0, 4, 8, 9, 10, 11, 12
 
 
-@kernel
-def centre_of_mass_rows(program, J, joint_placements, memory, A, lower, upper):
-    """Fill A, lower and upper (m rows) from joint Jacobians and joint poses.
+@kernel_apart
+def centre_of_mass_rows(parameters, memory, state, rows):
+    """Fill the rows of the centre of mass.
 
-    A column (v, ω) of the spatial J moves what its joint carries, of mass μ and centred at s, so that
-    J_c = μ/M (v + ω × s). `program` is m, joints, the m rows, the joints' parents, and each column's joint.
+    A column (v, ω) of the spatial Jacobian moves what its joint carries, of mass μ and centred at s, so that
+    J_c = μ/M (v + ω × s), with M the mass of the robot.
+
+    Args:
+        parameters: m, number of joints, the m rows chosen of three, the parent of each joint, and the joint
+            of each column.
+        memory: A table with six columns, flat.
+        state: The robot, see `RobotState`.
+        rows: The m rows, see `RowArrays`.
     """
-    m, joints = program[0], program[1]
-    rows, parents, carrier = program[2 : 2 + m], program[2 + m : 2 + m + joints], program[2 + m + joints :]
-    body, carried = memory[_LINKS : _LINKS + joints], memory[_LINKS + joints : _LINKS + 2 * joints]
+    m, joints = parameters[0], parameters[1]
+    J, table = state.jacobians, memory.reshape((memory.size // 6, 6))
+    taken, parents, carrier = (
+        parameters[2 : 2 + m],
+        parameters[2 + m : 2 + m + joints],
+        parameters[2 + m + joints :],
+    )
+    body, carried = table[_LINKS : _LINKS + joints], table[_LINKS + joints : _LINKS + 2 * joints]
     for j in range(joints):
-        place, mass = joint_placements[j], body[j, 0]
+        place, mass = state.placements[j], body[j, 0]
         x, y, z = body[j, 1], body[j, 2], body[j, 3]
         carried[j, 0] = mass
         for i in range(3):  # rotations stand by columns
@@ -124,7 +150,7 @@ def centre_of_mass_rows(program, J, joint_placements, memory, A, lower, upper):
             carried[parents[j], i] += carried[j, i]
     total = carried[0, 0]
     for i in range(3):
-        memory[_ACTUAL + i, 3] = carried[0, 1 + i] / total
+        table[_ACTUAL + i, 3] = carried[0, 1 + i] / total
     for j in range(joints):
         for i in range(4):
             carried[j, i] *= 1.0 / total
@@ -137,10 +163,10 @@ def centre_of_mass_rows(program, J, joint_placements, memory, A, lower, upper):
             mass * J[2, k] + J[3, k] * y - J[4, k] * x,
         )
         for r in range(m):
-            A[r, k] = column[rows[r]]
+            rows.A[r, k] = column[taken[r]]
     for r in range(m):
-        i = rows[r]
-        error = memory[_TARGET + i, 3] - memory[_ACTUAL + i, 3]
-        feedforward = memory[_TWIST, i] if memory[_MOVING, 0] != 0.0 else 0.0
-        lower[r] = upper[r] = task_rate(feedforward, memory[_GAIN, r], error)
-        memory[_ERROR, r] = error
+        i = taken[r]
+        error = table[_TARGET + i, 3] - table[_ACTUAL + i, 3]
+        feedforward = table[_TWIST, i] if table[_MOVING, 0] != 0.0 else 0.0
+        rows.lower[r] = rows.upper[r] = task_rate(feedforward, table[_GAIN, r], error)
+        table[_ERROR, r] = error

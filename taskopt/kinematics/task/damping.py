@@ -1,96 +1,61 @@
-"""Damped least squares (3.59) as rows of a level, with k² from a policy, in every singular direction."""
+"""Standing still as a task, and the base of tasks that ask for a joint velocity outright."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array
-from taskopt.errors import InvalidValue
-from taskopt.hierarchy.damping import CONSTANT, Damping
-from taskopt.hierarchy.problem import Hierarchy, LevelRows
-from taskopt.hierarchy.rank import RULE, equality_levels, inverse_root, root_of, row_scale
-from taskopt.kinematics.configuration import Configuration
+from taskopt.arrays import ArrayLike
+from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
 
 
 @dataclass(frozen=True, eq=False)
-class LevelDamping:
-    """Damp the level that it stands in by a policy: k_i v_iᵀ v = 0 in each direction that the level decides.
+class DampingTask(Task):
+    """Stand still: v = 0, one row for each velocity [rad/s, m/s].
 
-    v_i are the right singular vectors of the equality rows of the other tasks, as they stand in the null
-    space of the levels before, so that the level costs ½ ‖b − J v‖² + ½ Σ k_i² (v_iᵀ v)² and is answered
-    by (3.59). Unlike `DampingTask` it asks for nothing else: what the level leaves free stays free for the
-    levels below. `damping`: a policy of `taskopt.hierarchy.damping`. With one in every level the resolver
-    `dls` is the closed form. One a level; inequality rows are not damped.
+    Below or beside other tasks it damps what they leave. Beside a task of weight 1 it adds `weight` to the
+    diagonal of JᵀJ, as k² in (3.59). It asks for every joint, so that nothing is left for levels below; above
+    other levels take `LevelDamping`, which damps what its level decides and no more.
+
+    Args:
+        weight: Factor of ½ v² within the level, one number or one for each velocity. More keeps velocities
+            smaller near singularities, and lets the other tasks of the level lag farther behind.
+        name: Name in logs and plots. Default: "damping".
+
+    Raises:
+        InvalidValue: A weight is out of its range; when bound.
+
+    Source:
+        Equation (3.59).
     """
 
-    damping: Damping = CONSTANT
+    weight: ArrayLike = 1.0
     name: str | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        if not callable(self.damping):
-            raise InvalidValue(
-                f"damping must be a policy such as Chiaverini(0.05, 0.05), got {self.damping!r}; "
-                "DampingTask takes a weight"
-            )
-
-    def default_name(self) -> str:
-        return f"{self.damping.name} damping"
-
-    def bind(self, robot: Robot, name: str) -> "BoundLevelDamping":
-        return BoundLevelDamping(self.damping, name, robot.nv)
+    def bind(self, robot: Robot, name: str) -> "BoundVelocity":
+        """Return the rows for a robot; see `Task.bind`."""
+        return BoundVelocity(robot, name, self.weight)
 
 
-class BoundLevelDamping:
-    """As many rows as its level has directions; the plan says how many, and fills them last."""
+class BoundVelocity(BoundTask):
+    """Rows v = 0 for every velocity with a weight; they never change.
 
-    frame = desired = actual = None
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        weight: Factor of ½ v², one number or one for each velocity; rows of weight 0 are left out.
+    """
+
     constant = True
 
-    def __init__(self, damping: Damping, name: str, most: int) -> None:
-        self.name, self._damping, self._most = name, damping, most
-        self.fit(most)
-
-    def fit(self, rows: int) -> None:
-        """Know how many rows the other tasks of the level have."""
-        count = min(rows, self._most)
-        self.row_names: tuple[str, ...] = tuple(f"direction {i}" for i in range(1, count + 1))
-        self.row_units: tuple[str, ...] = ("",) * count
-        self.column: tuple[int, ...] = (-1,) * count
-        self.weight: Array = np.ones(count)
-        self.gain: Array = np.zeros(count)
-        self.error: Array = np.zeros(count)
-        self._rank: int | None = None
+    def __init__(self, robot: Robot, name: str, weight: ArrayLike) -> None:
+        every = weights(weight, robot.nv)
+        self._columns = columns = np.flatnonzero(every)
+        names = [robot.velocity_names[c] for c in columns]
+        units = rate_units(robot.coordinate_units[c] for c in columns)
+        super().__init__(name, names, units, 0.0, every[columns], columns.tolist())  # no error dies out here
 
     def prepare(self, rows: LevelRows) -> None:
-        pass
-
-    def start(self, at: Configuration, t: float) -> None:  # noqa: ARG002 (protocol)
-        self._rank = None
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        pass
-
-    def damp(self, hierarchy: Hierarchy, level: int, own: slice) -> None:
-        """Write the rows, all others of the hierarchy being there."""
-        hierarchy.A[own] = 0.0
-        hierarchy.lower[own], hierarchy.upper[own] = -np.inf, np.inf  # no equality of the level meanwhile
-        levels = list(equality_levels(hierarchy))
-        inverse = inverse_root(hierarchy.norm)
-        Z = np.eye(len(inverse))
-        for A, _, weight in levels[:level]:
-            Z = Z @ _null_space(np.sqrt(weight)[:, None] * A @ inverse, np.sqrt(weight), Z)
-        A, b, weight = levels[level]
-        root = np.sqrt(weight)
-        J = root[:, None] * A @ inverse
-        _, sigma, Vt = np.linalg.svd(J @ Z, full_matrices=False)
-        self._rank = r = RULE.rank(sigma, row_scale(J, root), self._rank)
-        k = np.sqrt(self._damping(sigma, root * b)[:r])
-        hierarchy.A[own][:r] = k[:, None] * (Vt[:r] @ Z.T @ root_of(hierarchy.norm))
-        hierarchy.lower[own] = hierarchy.upper[own] = 0.0
-
-
-def _null_space(J: Array, root: Array, Z: Array) -> Array:
-    """Basis of the directions of Z that the rows leave free."""
-    _, sigma, Vt = np.linalg.svd(J @ Z)
-    return Vt[RULE.rank(sigma, row_scale(J, root)) :].T
+        """Write the unit vectors; the bounds stay zero. See `RowPart.prepare`."""
+        rows.A[np.arange(self._columns.size), self._columns] = 1.0

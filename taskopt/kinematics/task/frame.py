@@ -5,23 +5,22 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task import frame_kernel as k
-from taskopt.kinematics.task.rows import gains, weights
+from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 
 Expressed = Literal["own", "world"]
+_LETTERS = "xyzrpy"
 
 
 @dataclass(frozen=True, eq=False)
-class _OfFrame:
+class _OfFrame(Task):
     """What the three tasks of a frame have in common; `_ROWS` are the letters of their rows."""
 
     frame: str
@@ -38,42 +37,68 @@ class _OfFrame:
         self._rows()
 
     def bind(self, robot: Robot, name: str) -> "BoundFrame":
+        """Return the rows for a robot; see `Task.bind`."""
         mode = k.OWN if self.expressed == "own" else k.WORLD
         if mode == k.OWN and self._ROWS == "xyz":
             mode = k.POSITION
-        reference, gain = as_target(self.target), self._six(gains(self.gain, len(self._ROWS)))
-        return BoundFrame(robot, name, self.frame, reference, mode, self._rows(), gain, self._weights())
+        rows = self._rows()
+        gain = self._six(gains(self.gain, len(self._ROWS)))[rows]
+        bound = BoundFrame(name, self.frame, rows, gain, self._weights()[rows])
+        bound.attach(robot, as_target(self.target), mode)
+        return bound
 
     def _rows(self) -> IntArray:
-        """The rows of six that are taken; one with weight 0 asks for nothing."""
+        """Return the rows of six that are taken; one with weight 0 asks for nothing."""
         if self.expressed not in ("own", "world"):
             raise InvalidValue(f"expressed must be 'own' or 'world', got {self.expressed!r}")
         gains(self.gain, len(self._ROWS))
-        rows = chosen_rows(self.axes, self._ROWS, first="xyzrpy".index(self._ROWS))
+        rows = chosen_rows(self.axes, self._ROWS, first=_LETTERS.index(self._ROWS))
         kept = rows[self._weights()[rows] > 0.0]
         if kept.size == 0:
             raise InvalidValue("weight is 0 for all the axes chosen")
         return kept
 
     def _weights(self) -> Array:
+        """Return the weight of each row of six."""
         pair = (3, 3) if len(self._ROWS) == 6 else ()
         return self._six(weights(self.weight, len(self._ROWS), pair))
 
     def _six(self, values: Array) -> Array:
+        """Return values of the own rows for six rows."""
         return np.tile(values, 6 // len(values))
 
 
 @dataclass(frozen=True, eq=False)
 class FrameTask(_OfFrame):
-    """Bring a frame to a pose T_d(t), six rows: A v = b with b = ẋ_d + K e (3.67)–(3.70).
+    """Bring a frame to a target pose T_d(t), six rows: A v = b with b = ẋ_d + K e.
 
-    Own axes: e = log6(T⁻¹ T_d), A = Jlog6(T_d⁻¹ T) J_own; translation [m] and rotation [rad] couple, and
-    the frame goes home on a screw. World axes: e = [p_d − p; log(R_d Rᵀ)], the frame goes straight. A is
-    the exact derivative in both, so the error dies out as ė = −K e. Solà, Deray and Atchuthan (2018).
+    With T the pose of the frame, p its origin and R its rotation:
 
-    `gain` K [1/s] and `weight` (factor of ½‖·‖², in [s²/m²], [s²/rad²]): one number, or six; a weight may
-    also be a pair (position, orientation). `axes`: the rows taken, such as "xyz" or "xy y", or six truth
-    values, along the axes that the task is expressed in. `target`: a `Target`, or a pose to hold.
+        own axes     e = log6(T⁻¹ T_d),                A = Jlog6(T_d⁻¹ T) J_own
+        world axes   e = [p_d − p; log3(R_d Rᵀ)],      A = [J_P; Jlog3(R_d Rᵀ) J_O]
+
+    Rows x, y, z [m/s] and rx, ry, rz [rad/s], along the axes of the frame or of the world. In own axes
+    translation and rotation are coupled, and the frame goes to its target on a screw; in world axes its
+    origin goes straight. A is the exact derivative of e in both, so that the error dies out as ė = −K e.
+
+    Args:
+        frame: Name of the frame.
+        target: Target pose: a (4, 4) array, a position (3,), or a `Target` such as `Circle` or `Latest`.
+            Default: the pose at the start.
+        gain: K [1/s], one number or six. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level, in [s²/m²] and [s²/rad²]: one number, a pair
+            (position, orientation), or six. More lets this task win over others of the same level.
+        axes: Rows that are taken, such as "xyz", or "xy y" for the position in a plane and the yaw, or six
+            truth values.
+        expressed: "own" or "world": the axes in which e is measured.
+        name: Name in logs and plots. Default: the name of the frame.
+
+    Raises:
+        InvalidValue: A number is out of its range, or no row is left.
+
+    Source:
+        Equations (3.67)–(3.70). The derivative in own axes: Solà, Deray and Atchuthan (2018), eq. 79.
     """
 
     axes: str | Sequence[bool] = field(default="xyzrpy", kw_only=True)
@@ -81,16 +106,35 @@ class FrameTask(_OfFrame):
     _ROWS = "xyzrpy"
 
     def default_name(self) -> str:
+        """Return the name of the frame."""
         return self.frame
 
 
 @dataclass(frozen=True, eq=False)
 class PositionTask(_OfFrame):
-    """Bring the origin of a frame to p_d(t), three rows [m]: A v = ṗ_d + K (p_d − p).
+    """Bring the origin p of a frame to a target point p_d(t), three rows: A v = ṗ_d + K e.
 
-    Along the world's axes A is the positional Jacobian (3.5); along the frame's own axes e = Rᵀ(p_d − p)
-    and A has the turning of the axes in it. The reference may give positions (3,) or poses. `gain` [1/s],
-    `weight`, `axes` as in `FrameTask`, with three numbers, "xyz".
+        world axes   e = p_d − p,           A = J_P
+        own axes     e = Rᵀ (p_d − p),      A = Rᵀ J_P − [e]× Rᵀ J_O
+
+    Rows x, y, z [m/s] along the axes of the world, or of the frame, whose turning is in A then.
+
+    Args:
+        frame: Name of the frame.
+        target: Target point (3,) [m] or pose in the world, or a `Target`. Default: the point at the start.
+        gain: K [1/s], one number or three. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/m²], one number or three. More lets this task win
+            over others of the same level.
+        axes: Rows that are taken, such as "xy", or three truth values.
+        expressed: "world" or "own": the axes in which e is measured.
+        name: Name in logs and plots. Default: the name of the frame and "position".
+
+    Raises:
+        InvalidValue: A number is out of its range, or no row is left.
+
+    Source:
+        J_P is the positional part of the geometric Jacobian (3.5); equations (3.67)–(3.70).
     """
 
     axes: str | Sequence[bool] = field(default="xyz", kw_only=True)
@@ -98,17 +142,36 @@ class PositionTask(_OfFrame):
     _ROWS = "xyz"
 
     def default_name(self) -> str:
+        """Return the name of the frame and "position"."""
         return f"{self.frame} position"
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationTask(_OfFrame):
-    """Bring the axes of a frame to R_d(t), three rows [rad].
+    """Bring the axes R of a frame to a target orientation R_d(t), three rows: A v = ω_d + K e.
 
-    Own axes: e = log(Rᵀ R_d); world axes: e = log(R_d Rᵀ), the rotation vector in [0, π] either way, and A
-    its exact derivative, so a quaternion's sign cannot send the arm the long way round. The reference may
-    give rotations (3, 3) or poses, and rates (3,) angular in world axes. `gain`, `weight`, `axes` as in
-    `FrameTask`, with three numbers, "rpy".
+        own axes     e = log3(Rᵀ R_d),      world axes   e = log3(R_d Rᵀ),
+
+    the rotation vector of length in [0, π] either way, and A the exact derivative of −e. There is no
+    quaternion whose sign could send the arm the long way round. Rows rx, ry, rz [rad/s].
+
+    Args:
+        frame: Name of the frame.
+        target: Target rotation (3, 3) or pose in the world, or a `Target`, whose rate is an angular velocity
+            (3,) [rad/s] in the axes of the world. Default: the orientation at the start.
+        gain: K [1/s], one number or three. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/rad²], one number or three. More lets this task
+            win over others of the same level.
+        axes: Rows that are taken, letters of "rpy", or three truth values.
+        expressed: "own" or "world": the axes in which e is measured.
+        name: Name in logs and plots. Default: the name of the frame and "orientation".
+
+    Raises:
+        InvalidValue: A number is out of its range, or no row is left.
+
+    Source:
+        Equations (3.67)–(3.70), with the rotation vector in place of the Euler angles.
     """
 
     axes: str | Sequence[bool] = field(default="rpy", kw_only=True)
@@ -116,57 +179,56 @@ class OrientationTask(_OfFrame):
     _ROWS = "rpy"
 
     def default_name(self) -> str:
+        """Return the name of the frame and "orientation"."""
         return f"{self.frame} orientation"
 
 
-class BoundFrame:
-    """Any of the three for one robot; all that its kernel needs stands in `program` and `memory`."""
+class BoundFrame(BoundTask):
+    """Any of the three tasks for one robot; its kernel reads `parameters` and `memory` (`frame_kernel`).
 
-    kind = "frame"
-    constant = False
+    Args:
+        name: Name of the task in its plan.
+        frame: Name of the frame.
+        rows: Rows of six that are taken, (m,).
+        gain: K of each row [1/s], (m,).
+        weight: Weight of each row, (m,).
+    """
 
-    def __init__(
-        self,
-        robot: Robot,
-        name: str,
-        frame: str,
-        reference: Target,
-        mode: int,
-        rows: IntArray,
-        gain: Array,
-        weight: Array,
-    ) -> None:
-        self.name, self.frame = name, frame
-        self.row_names = tuple(ROW_NAMES[i] for i in rows)
-        self.row_units = tuple(ROW_UNITS[i] for i in rows)
-        self.weight, self.gain = weight[rows], gain[rows]
-        self.column: tuple[int, ...] = (-1,) * len(rows)
-        self._reference = reference
-        self.holds = isinstance(reference, Hold)
+    def __init__(self, name: str, frame: str, rows: IntArray, gain: Array, weight: Array) -> None:
+        names, units = [ROW_NAMES[i] for i in rows], [ROW_UNITS[i] for i in rows]
+        super().__init__(name, names, units, gain, weight)
+        self.frame = self._frame = frame
+        self._rows, self.kernel = rows, k.frame_rows
         self._space = PoseSpace(f"target of '{name}'", angular=rows[0] >= 3)
-        head = [mode, robot.frame_joint(frame), len(rows)]
-        self.program = np.concatenate([head, rows, robot.support(frame)]).astype(np.int64)
-        self.use(np.zeros(k.MEMORY_SHAPE))
-        self.memory[k.GAIN] = gain
+
+    def attach(self, robot: Robot, target: Target, mode: int) -> None:
+        """Prepare parameters and memory of the kernel.
+
+        Args:
+            robot: Robot that has the frame.
+            target: Target, in the terms of `taskopt.kinematics.target`.
+            mode: Which error the kernel takes: `OWN`, `WORLD` or `POSITION` of `frame_kernel`.
+        """
+        self._target, self.fixed_target = target, isinstance(target, Hold)
+        head = [mode, robot.frame_joint(self._frame), len(self._rows)]
+        self.parameters = np.concatenate([head, self._rows, robot.support(self._frame)]).astype(np.int64)
+        self.use(np.zeros(k.MEMORY_SHAPE).ravel())
+        self._table[k.GAIN, self._rows] = self.gain
 
     def use(self, memory: Array) -> None:
-        self.memory = memory
-        self.desired = memory[k.TARGET : k.TARGET + 4, :4]
-        self.actual = memory[k.ACTUAL : k.ACTUAL + 4, :4]
-        self.error = memory[k.ERROR, : len(self.weight)]
-        self._twist = memory[k.TWIST]
+        """Re-bind this part to a memory; see `Part.use`."""
+        self.memory, self._table = memory, memory.reshape(k.MEMORY_SHAPE)
+        self.desired = self._table[k.TARGET : k.TARGET + 4, :4]
+        self.actual = self._table[k.ACTUAL : k.ACTUAL + 4, :4]
+        self.error = self._table[k.ERROR, : len(self._rows)]
 
-    def prepare(self, rows: LevelRows) -> None:
-        pass
-
-    def start(self, at: Configuration, t: float) -> None:
-        self.memory[k.PLACEMENT : k.PLACEMENT + 4, :4] = at.frame(self.frame).placement
-        self._course = self._reference.start(self._space, at.pose(self.frame), t)
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        placement = configuration.frame(self._frame).placement
+        self._table[k.PLACEMENT : k.PLACEMENT + 4, :4] = placement
+        self._course = self._target.start(self._space, configuration.pose(self._frame), t)
 
     def aim(self, t: float) -> None:
-        self.memory[k.MOVING, 0] = self._course(t, self.desired, self._twist)
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        self.aim(t)
-        J, placements = at.joint_jacobians, at.joint_placements
-        k.frame_rows(self.program, J, placements, self.memory, rows.A, rows.lower, rows.upper)
+        """Write the target pose at t [s], and its rate where it has one."""
+        pose, twist = self._table[k.TARGET : k.TARGET + 4, :4], self._table[k.TWIST]
+        self._table[k.MOVING, 0] = self._course(t, pose, twist)

@@ -15,11 +15,11 @@ for WORLD, its angular part turned back by Eᵀ. OWN is Solà, Deray and Atchuth
 
 import numpy as np
 
-from taskopt.jit import kernel
+from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import frame_pose_into
 from taskopt.kinematics.lie import log6_jlog6_into, relative_into
 from taskopt.kinematics.pose import is_pose
-from taskopt.kinematics.task.rows import task_rate
+from taskopt.kinematics.task.base import task_rate
 
 OWN, WORLD, POSITION = 0, 1, 2
 
@@ -32,14 +32,20 @@ _FULL_ERROR, _X, _JLOG, _M = 16, 17, 21, 27
 MEMORY_SHAPE = (33, 6)
 
 
-@kernel
-def frame_rows(indices, J, joint_placements, memory, A, lower, upper):
-    """Fill A, lower and upper (m rows) from joint Jacobians and the pose of the frame's joint.
+@kernel_apart
+def frame_rows(parameters, memory, state, rows):
+    """Fill the rows of a frame task.
 
-    `indices` is mode, joint, m, the m rows chosen of six, and the columns that move the frame.
+    Args:
+        parameters: Mode, index of the frame's joint, m, the m rows chosen of six, and the columns of the
+            joint velocities that move the frame.
+        memory: Table of `MEMORY_SHAPE`, flat.
+        state: The robot, see `RobotState`.
+        rows: The m rows, see `RowArrays`.
     """
+    indices, memory, J, A = parameters, memory.reshape(MEMORY_SHAPE), state.jacobians, rows.A
     mode, m = indices[0], indices[2]
-    joint = joint_placements[indices[1]]
+    joint = state.placements[indices[1]]
     flaw = 0.0 if is_pose(memory[TARGET : TARGET + 4, :4]) else np.nan  # found by `flawed`, which names it
     T = memory[ACTUAL : ACTUAL + 4, :4]
     placement = memory[PLACEMENT : PLACEMENT + 4, :4]
@@ -67,7 +73,7 @@ def frame_rows(indices, J, joint_placements, memory, A, lower, upper):
         if moving:
             for j in range(6):
                 feedforward += M[i, j] * twist[j]
-        lower[r] = upper[r] = task_rate(feedforward, memory[GAIN, i], error[i]) + flaw
+        rows.lower[r] = rows.upper[r] = task_rate(feedforward, memory[GAIN, i], error[i]) + flaw
         memory[ERROR, r] = error[i]
 
 

@@ -1,37 +1,49 @@
-"""Inequality tasks: a frame's origin in a box, and a line of sight in a cone; at any level of a stack.
+"""Inequality tasks: the origin of a frame in a box, and a line of sight in a cone, at any level of a stack.
 
-They ask for nothing while they are met. On the way to the edge they are velocity dampers (Faverjon and
-Tournassoud 1987): a coordinate c with c ≤ c_max gets ċ ≤ K (c_max − c), so that the edge is approached no
-faster than ċ = −K (c − c_max), and left at that rate from beyond it. Keep K Δt ≤ 1, or one step oversteps.
+They ask for nothing while they are met. On the way to the edge they are velocity dampers: a coordinate c with
+c ≤ c_max gets ċ ≤ K (c_max − c), so that the edge is approached no faster than ċ = −K (c − c_max), and left
+at that rate from beyond it. One Euler step oversteps the edge where K Δt > 1.
+
+Source:
+    Faverjon and Tournassoud (1987), IEEE International Conference on Robotics and Automation.
 """
 
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray, bound, finite, positive
+from taskopt.arrays import Array, ArrayLike, IntArray, bound, finite, positive
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy import tolerances
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration, frame_jacobian_into, frame_pose_into
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace
 from taskopt.kinematics.target import as_target
-from taskopt.kinematics.task.rows import gains, weights
-
-_BESIDE = 1e-9  # sine of an angle below which its axis of rotation is any; [m] distance of no direction
-_NEAREST = 0.01  # [m] a target nearer than this turns as if it were here, or its angle would run away
+from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 
 
 @dataclass(frozen=True, eq=False)
-class BoxTask:
-    """Keep the origin p of a frame in a box: K (lower − p) ≤ J_P v ≤ K (upper − p), with J_P of (3.5).
+class BoxTask(Task):
+    """Keep the origin p of a frame in a box: K (lower − p) ≤ J_P v ≤ K (upper − p).
 
-    `lower`, `upper` (3,) [m] along the axes of the world, ±inf where a side is open; an axis that is open
-    both ways has no row. The error is how far p is outside, towards the box. `gain` [1/s], `weight` as in
-    `PositionTask`: one number, or three.
+    One row [m/s] for each axis x, y, z of the world that has a closed side, with J_P of (3.5). The error is
+    how far p is outside, towards the box [m].
+
+    Args:
+        frame: Name of the frame.
+        lower: Lower sides (3,) [m] in the world; −inf where a side is open.
+        upper: Upper sides (3,) [m] in the world; inf where a side is open.
+        gain: K [1/s], one number or three. More lets p come closer to a side before the row brakes, and
+            brings it back faster from outside.
+        weight: Factor of ½ d² within the level [s²/m²], d being how much a row is missed: one number or
+            three. More lets this task win over others of the same level.
+        name: Name in logs and plots. Default: the name of the frame and "in box".
+
+    Raises:
+        InvalidValue: A lower side is above its upper one, no side is closed, or a number is out of its range.
     """
 
     frame: str
@@ -49,9 +61,11 @@ class BoxTask:
         weights(self.weight, 3)
 
     def default_name(self) -> str:
+        """Return the name of the frame and "in box"."""
         return f"{self.frame} in box"
 
     def bind(self, robot: Robot, name: str) -> "BoundBox":
+        """Return the rows for a robot; see `Task.bind`."""
         sides = np.array([bound("lower", self.lower, (3,)), bound("upper", self.upper, (3,))])
         weight = weights(self.weight, 3)
         rows = np.flatnonzero(np.isfinite(sides).any(axis=0) & (weight > 0.0))
@@ -61,16 +75,29 @@ class BoxTask:
 
 
 @dataclass(frozen=True, eq=False)
-class GazeTask:
-    """Look at a point from within a cone: φ̇ ≤ K (half_angle − φ), φ the angle between axis and line of sight.
+class GazeTask(Task):
+    """Look at a point from within a cone: φ̇ ≤ K (φ_max − φ), φ the angle between axis and line of sight.
 
-    The line of sight goes from the origin of `frame` to `target`, a point (3,), or a `Target` of
-    points or poses, whose motion is fed forward. `axis` (3,) is where the frame looks, in its own axes.
-    With u the axis, d and ℓ direction and length of the line of sight, and n = u × d/sin φ,
+    The line of sight goes from the origin p of the frame to the point p_d. With u the axis in the world, d
+    and ℓ the direction and length of the line of sight, and n = u × d / sin φ,
 
         φ̇ = −n·ω + (n × d)·(ṗ_d − ṗ)/ℓ.
 
-    One row [rad/s]; the error is half_angle − φ where that is negative. `half_angle` in (0, π) [rad].
+    One row [rad/s]. The error is φ_max − φ where that is negative, else 0 [rad].
+
+    Args:
+        frame: Name of the frame that looks.
+        target: Point (3,) [m] in the world, or a `Target` of points or poses, whose motion is fed forward.
+        half_angle: φ_max in (0, π) [rad].
+        axis: Direction (3,) in which the frame looks, in its own axes.
+        gain: K [1/s]. More lets φ come closer to the edge of the cone before the row brakes, and brings it
+            back faster from outside.
+        weight: Factor of ½ d² within the level [s²/rad²], d being how much the row is missed. More lets this
+            task win over others of the same level.
+        name: Name in logs and plots. Default: the name of the frame and "gaze".
+
+    Raises:
+        InvalidValue: A number is out of its range, or the axis is no direction.
     """
 
     frame: str
@@ -84,46 +111,50 @@ class GazeTask:
     def __post_init__(self) -> None:
         if positive("half_angle", self.half_angle) >= np.pi:
             raise InvalidValue(f"half_angle must be in (0, π) [rad], got {self.half_angle:g}")
-        if np.linalg.norm(finite("axis", self.axis, (3,))) < 1e-9:
+        if np.linalg.norm(finite("axis", self.axis, (3,))) < tolerances.NO_DIRECTION:
             raise InvalidValue(f"axis must be a direction, got {self.axis}")
         gains(self.gain, 1)
         weights(self.weight, 1)
 
     def default_name(self) -> str:
+        """Return the name of the frame and "gaze"."""
         return f"{self.frame} gaze"
 
     def bind(self, robot: Robot, name: str) -> "BoundGaze":
+        """Return the row for a robot; see `Task.bind`."""
         robot.frame_id(self.frame)
         return BoundGaze(robot, name, self)
 
 
-class BoundBox:
-    """Rows of the axes that have a closed side; `value` is p along them, `box` (2, 3) the sides [m]."""
+class BoundBox(BoundTask):
+    """Rows of the axes that have a closed side.
 
-    frame = desired = actual = None
-    constant = False
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        frame: Name of the frame.
+        rows: Axes of the world that have a row, (m,).
+        sides: Lower and upper side of each row [m], (2, m).
+        gain: K of each row [1/s], (m,).
+        weight: Weight of each row, (m,).
+
+    Attributes:
+        value: Coordinates of p in the rows, as of the last `fill`, (m,) [m].
+    """
 
     def __init__(
         self, robot: Robot, name: str, frame: str, rows: IntArray, sides: Array, gain: Array, weight: Array
     ) -> None:
-        self.name, self._frame, self._rows, self._sides = name, frame, rows, sides
-        self.row_names = tuple(ROW_NAMES[i] for i in rows)
-        self.row_units = tuple(ROW_UNITS[i] for i in rows)
-        self.column: tuple[int, ...] = (-1,) * len(rows)
-        self.gain, self.weight = gain, weight
+        super().__init__(name, [ROW_NAMES[i] for i in rows], [ROW_UNITS[i] for i in rows], gain, weight)
+        self._moved, self._rows, self._sides = frame, rows, sides
         self.box = np.array([np.full(3, -np.inf), np.full(3, np.inf)])
         self.box[:, rows] = sides
-        self.error, self.value = np.zeros(len(rows)), np.zeros(len(rows))
+        self.value = np.zeros(len(rows))
         self._pose, self._jacobian = np.empty((4, 4)), np.empty((6, robot.nv))
 
-    def prepare(self, rows: LevelRows) -> None:
-        pass
-
-    def start(self, at: Configuration, t: float) -> None:
-        pass
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002 (it has no time)
-        _frame_into(at, self._frame, self._pose, self._jacobian)
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the rows; see `RowPart.fill`."""
+        _frame_into(configuration, self._moved, self._pose, self._jacobian)
         self.value[:] = self._pose[self._rows, 3]
         rows.A[:] = self._jacobian[self._rows]
         rows.lower[:] = self.gain * (self._sides[0] - self.value)
@@ -131,50 +162,71 @@ class BoundBox:
         self.error[:] = np.clip(self.value, self._sides[0], self._sides[1]) - self.value
 
 
-class BoundGaze:
-    """The one row of a line of sight; `value` is φ."""
+class BoundGaze(BoundTask):
+    """The one row of a line of sight.
 
-    frame = desired = actual = None
-    constant = False
-    row_names, row_units, column = ("angle",), ("rad/s",), (-1,)
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        task: What was declared.
+
+    Attributes:
+        value: φ of the last `fill`, (1,) [rad].
+    """
 
     def __init__(self, robot: Robot, name: str, task: GazeTask) -> None:
-        self.name, self._frame, self._half_angle = name, task.frame, float(task.half_angle)
+        super().__init__(name, ("angle",), ("rad/s",), task.gain, task.weight)
+        self._moved, self._half_angle = task.frame, float(task.half_angle)
         axis = finite("axis", task.axis, (3,))
         self._axis = axis / np.linalg.norm(axis)
-        self.cone = task.frame, self._axis, self._half_angle  # frame, unit axis in it, half angle [rad]
-        self.gain, self.weight = gains(task.gain, 1), weights(task.weight, 1)
-        self.error, self.value = np.zeros(1), np.zeros(1)
-        self._reference = as_target(task.target)
+        self.cone = task.frame, self._axis, self._half_angle
+        self.value = np.zeros(1)
+        self._target = as_target(task.target)
         self._space = PoseSpace(f"target of '{name}'")
         self._point, self._twist = np.empty((4, 4)), np.zeros(6)
         self._pose, self._jacobian = np.empty((4, 4)), np.empty((6, robot.nv))
 
     def prepare(self, rows: LevelRows) -> None:
+        """Open the lower side; see `RowPart.prepare`."""
         rows.lower[:] = -np.inf
 
-    def start(self, at: Configuration, t: float) -> None:
-        self._course = self._reference.start(self._space, at.pose(self._frame), t)
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        self._course = self._target.start(self._space, configuration.pose(self._moved), t)
 
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
+        """Write the row; see `RowPart.fill`."""
         if not self._course(t, self._point, self._twist):
             self._twist[:] = 0.0
-        _frame_into(at, self._frame, self._pose, self._jacobian)
+        _frame_into(configuration, self._moved, self._pose, self._jacobian)
         angle, rate = gaze_into(self._pose, self._jacobian, self._axis, self._point, self._twist, rows.A[0])
         self.value[0] = angle
         rows.upper[0] = self.gain[0] * (self._half_angle - angle) - rate
         self.error[0] = min(self._half_angle - angle, 0.0)
 
 
-def _frame_into(at: Configuration, frame: str, pose: Array, jacobian: Array) -> None:
-    view = at.frame(frame)
+def _frame_into(configuration: Configuration, frame: str, pose: Array, jacobian: Array) -> None:
+    """Write pose (4, 4) and Jacobian (6, nv) of a frame."""
+    view = configuration.frame(frame)
     frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, pose)
-    frame_jacobian_into(at.joint_jacobians, pose, view.columns, jacobian)
+    frame_jacobian_into(configuration.joint_jacobians, pose, view.columns, jacobian)
 
 
 @kernel
 def gaze_into(pose, jacobian, axis, point, twist, row):
-    """Fill the row ∂φ/∂v (nv,) of the angle φ; returns φ and how fast the target's own motion opens it."""
+    """Fill the row ∂φ/∂v of the angle φ between an axis of a frame and the line of sight to a point.
+
+    Args:
+        pose: Pose of the frame in the world, (4, 4).
+        jacobian: Geometric Jacobian of the frame in the axes of the world, (6, nv).
+        axis: Unit axis in the frame, (3,).
+        point: Pose (4, 4) whose translation is the point in the world [m].
+        twist: Velocity of the point, then three numbers that are not read, (6,) [m/s].
+        row: ∂φ/∂v, (nv,), written here.
+
+    Returns:
+        φ in [0, π] [rad], and how fast the motion of the point alone increases it [rad/s].
+    """
     u, d, n, across = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     length = 0.0
     for i in range(3):
@@ -182,14 +234,14 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
         d[i] = point[i, 3] - pose[i, 3]
         length += d[i] * d[i]
     length = np.sqrt(length)
-    if length < _BESIDE:
+    if length < tolerances.NO_DIRECTION:
         d[:] = u
     else:
         d /= length
     _cross(u, d, n)
     sine = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
     angle = np.arctan2(sine, u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
-    if sine < _BESIDE:  # straight ahead or behind: turn about anything at right angles to u
+    if sine < tolerances.PARALLEL:  # straight ahead or behind: turn about anything at right angles to u
         least = np.argmin(np.abs(u))
         d[:] = 0.0
         d[least] = 1.0
@@ -198,7 +250,7 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
         d[:] = u if angle < 1.0 else -u
     n /= sine
     _cross(n, d, across)
-    across /= max(length, _NEAREST)
+    across /= max(length, tolerances.NEAREST_SIGHT)
     rate = across[0] * twist[0] + across[1] * twist[1] + across[2] * twist[2]
     for k in range(row.size):
         row[k] = 0.0
@@ -209,4 +261,5 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
 
 @kernel
 def _cross(a, b, out):
+    """Write the cross product a × b."""
     out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

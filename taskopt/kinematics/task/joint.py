@@ -5,27 +5,41 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
-from taskopt.jit import kernel
+from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinate_table
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.rows import gains, rate_units, task_rate, weights
+from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)
-class JointTask:
-    """Bring joints to q_d(t): v = q̇_d + K (q_d − q), one row a velocity of each joint.
+class JointTask(Task):
+    """Bring joints to a target posture q_d(t): v = q̇_d + K e with e = q_d ⊖ q.
 
-    The difference is taken on the manifold: continuous joints go the short way round, and a free-flyer
-    or ball joint, if named, has e = q_d ⊖ q and A its exact derivative. `joints`: names, by default all
-    with one degree of freedom. `target`: a `Target`, or a posture to hold, as a whole (nq,), one
-    number a joint, or a mapping. `gain` K [1/s] and `weight` (factor of ½‖·‖²): one number, or one a row.
+    One row for each velocity of each joint [rad/s, m/s]. The difference is taken on the manifold: continuous
+    joints go the short way round, and a free-flyer or ball joint that is named has A = −∂e/∂v, the exact
+    derivative. For all other joints the rows are unit vectors.
+
+    Args:
+        target: Target posture: all of it (nq,), one number for each joint [rad, m], a mapping from joint to
+            number, or a `Target`. Default: the posture at the start.
+        joints: Names of joints. Default: all that have one degree of freedom.
+        gain: K [1/s], one number or one for each row. More lets the error die out faster and asks for larger
+            velocities; it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/rad², s²/m²], one number or one for each row. More
+            lets this task win over others of the same level; a row of weight 0 is left out.
+        name: Name in logs and plots. Default: "posture", or "joints" if some are named.
+
+    Raises:
+        InvalidValue: A joint is named twice, or a number is out of its range.
+
+    Source:
+        Equation (3.67), applied to the joint variables.
     """
 
     target: Any = field(default_factory=Hold)
@@ -43,11 +57,12 @@ class JointTask:
         weights(self.weight, np.size(self.weight))
 
     def default_name(self) -> str:
+        """Return "posture" for all joints, "joints" for some."""
         return "posture" if self.joints is None else "joints"
 
     def bind(self, robot: Robot, name: str) -> "BoundJoints":
+        """Return the rows for a robot; see `Task.bind`."""
         joints = one_dof_joints(robot) if self.joints is None else tuple(self.joints)
-        space = PostureSpace(f"target of '{name}'", robot, joints)
         spans = [robot.velocity_index(joint) for joint in joints]
         columns = np.array([c for span in spans for c in range(span.start, span.stop)], dtype=np.int64)
         if columns.size == 0:
@@ -56,97 +71,119 @@ class JointTask:
         kept = weight > 0.0
         gain = gains(self.gain, columns.size)[kept]
         kind = BoundPosture if (coordinate_table(robot)[columns, 0] == OTHER).any() else BoundJoints
-        return kind(robot, name, as_target(self.target), space, columns[kept], gain, weight[kept])
+        bound = kind(robot, name, columns[kept], gain, weight[kept])
+        bound.attach(as_target(self.target), PostureSpace(f"target of '{name}'", robot, joints))
+        return bound
 
 
 def one_dof_joints(robot: Robot) -> tuple[str, ...]:
-    """Joints with one velocity each: all that have a motor, on most robots."""
+    """Return the names of the joints with one velocity each: all that have a motor, on most robots.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Names in the order of the robot.
+    """
     spans = {joint: robot.velocity_index(joint) for joint in robot.joints}
     return tuple(joint for joint, span in spans.items() if span.stop - span.start == 1)
 
 
-class BoundJoints:
-    """Joints with one degree of freedom: the rows are unit vectors, only b changes."""
+class BoundJoints(BoundTask):
+    """Joints with one degree of freedom: the rows are unit vectors, and only b changes.
 
-    kind: str | None = "joints"
-    frame = desired = actual = None
-    constant = False
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        columns: Column of the joint velocities of each row, (m,).
+        gain: K of each row [1/s], (m,).
+        weight: Weight of each row, (m,).
+    """
 
-    def __init__(
-        self,
-        robot: Robot,
-        name: str,
-        reference: Target,
-        space: PostureSpace,
-        columns: IntArray,
-        gain: Array,
-        weight: Array,
-    ) -> None:
-        self.name, self.weight = name, weight
-        self.row_names = tuple(robot.velocity_names[c] for c in columns)
-        self.row_units = rate_units(robot.coordinate_units[c] for c in columns)
-        self._reference, self._space, self._columns = reference, space, columns
-        self.holds = isinstance(reference, Hold)
+    def __init__(self, robot: Robot, name: str, columns: IntArray, gain: Array, weight: Array) -> None:
+        names = [robot.velocity_names[c] for c in columns]
+        units = rate_units(robot.coordinate_units[c] for c in columns)
+        super().__init__(name, names, units, gain, weight, columns.tolist())
+        self._columns, self.kernel = columns, joint_rows
         m, nq, nv = columns.size, robot.nq, robot.nv
         places = np.column_stack([columns, coordinate_table(robot)[columns]])
-        self.program = np.concatenate([[m, nq, nv], places.ravel()])
+        self.parameters = np.concatenate([[m, nq, nv], places.ravel()])
         self._parts = np.cumsum([1, nq, nv, m])
         self.use(np.zeros(1 + nq + nv + 2 * m))
         self.gain[:] = gain
-        self.column: tuple[int, ...] = tuple(columns.tolist())
+
+    def attach(self, target: Target, space: PostureSpace) -> None:
+        """Take a target.
+
+        Args:
+            target: Target, in the terms of `taskopt.kinematics.target`.
+            space: The joints that it speaks of.
+        """
+        self._target, self._space, self.fixed_target = target, space, isinstance(target, Hold)
 
     def use(self, memory: Array) -> None:
+        """Re-bind this part to a memory; see `Part.use`."""
         self.memory = memory
         _, self.posture, self._rate, self.gain, self.error = np.split(memory, self._parts)
 
     def prepare(self, rows: LevelRows) -> None:
+        """Write the unit vectors; see `RowPart.prepare`."""
         rows.A[np.arange(self._columns.size), self._columns] = 1.0
 
-    def start(self, at: Configuration, t: float) -> None:
-        self._course = self._reference.start(self._space, at.q, t)
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target at the present posture; see `RowPart.start`."""
+        self._course = self._target.start(self._space, configuration.q, t)
 
     def aim(self, t: float) -> None:
+        """Write the target posture at t [s], and its rate where it has one."""
         self.memory[0] = self._course(t, self.posture, self._rate)
-
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
-        self.aim(t)
-        joint_rows(self.program, at.q, self.memory, rows.lower, rows.upper)
 
 
 class BoundPosture(BoundJoints):
-    """Joints of any kind, free-flyers and ball joints included: e = q_d ⊖ q, A = −∂e/∂q."""
+    """Joints of any kind, free-flyers and ball joints included: e = q_d ⊖ q, A = −∂e/∂v.
 
-    kind = None
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        columns: Column of the joint velocities of each row, (m,).
+        gain: K of each row [1/s], (m,).
+        weight: Weight of each row, (m,).
+    """
 
-    def __init__(self, robot: Robot, *arguments: Any) -> None:
-        super().__init__(robot, *arguments)
-        self._robot = robot
-        self.column = (-1,) * self._columns.size
+    def __init__(self, robot: Robot, name: str, columns: IntArray, gain: Array, weight: Array) -> None:
+        super().__init__(robot, name, columns, gain, weight)
+        self._robot, self.kernel, self.column = robot, None, (-1,) * columns.size
 
     def prepare(self, rows: LevelRows) -> None:
-        pass
+        """Write nothing, since all rows change; see `RowPart.prepare`."""
 
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
+        """Write the rows; see `RowPart.fill`."""
         self.aim(t)
-        from_q, from_target = self._robot.difference_rates(at.q, self.posture)
-        self.error[:] = self._robot.difference(at.q, self.posture)[self._columns]
+        q = configuration.q
+        from_q, from_target = self._robot.difference_rates(q, self.posture)
+        self.error[:] = self._robot.difference(q, self.posture)[self._columns]
         rows.A[:] = -from_q[self._columns]
         feedforward = from_target[self._columns] @ self._rate if self.memory[0] else np.zeros_like(self.error)
         rows.lower[:] = task_rate(feedforward, self.gain, self.error)
         rows.upper[:] = rows.lower
 
 
-@kernel
-def joint_rows(program, q, memory, lower, upper):
-    """Fill lower and upper of joints with one degree of freedom; their A never changes.
+@kernel_apart
+def joint_rows(parameters, memory, state, rows):
+    """Fill the bounds of joints with one degree of freedom; their A never changes.
 
-    `program` is m, nq, nv, and for each of the m rows its column, its kind and its place in q. `memory`
-    is moving (1), target (nq), rate of the target (nv), gain (m), error (m).
+    Args:
+        parameters: m, nq, nv, and for each of the m rows its column, its kind of coordinate and its place
+            in q.
+        memory: 1.0 if the target moves (1), target posture (nq), its rate (nv), gains (m), errors (m).
+        state: The robot, see `RobotState`.
+        rows: The m rows, see `RowArrays`.
     """
-    m, rates = program[0], 1 + program[1]
-    gain = rates + program[2]
+    q, m, rates = state.q, parameters[0], 1 + parameters[1]
+    gain = rates + parameters[2]
     for i in range(m):
-        column, kind, at = program[3 + 3 * i], program[4 + 3 * i], program[5 + 3 * i]
+        column, kind, at = parameters[3 + 3 * i], parameters[4 + 3 * i], parameters[5 + 3 * i]
         if kind == SCALAR:
             error = memory[1 + at] - q[at]
         elif kind == CIRCLE:
@@ -155,5 +192,5 @@ def joint_rows(program, q, memory, lower, upper):
         else:
             error = np.nan
         feedforward = memory[rates + column] if memory[0] != 0.0 else 0.0
-        lower[i] = upper[i] = task_rate(feedforward, memory[gain + i], error)
+        rows.lower[i] = rows.upper[i] = task_rate(feedforward, memory[gain + i], error)
         memory[gain + m + i] = error

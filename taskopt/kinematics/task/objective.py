@@ -1,27 +1,106 @@
-"""A task of one row: an objective is to stay above a value."""
+"""Tasks that take an objective w(q): climb it, or keep it above a value."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import Objective
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.task.rows import gains, task_rate, weights
+from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
+from taskopt.kinematics.task.damping import BoundVelocity
 
 
 @dataclass(frozen=True, eq=False)
-class ObjectiveTask:
-    """Keep w(q) ≥ w_min: ∇w·v ≥ K (w_min − w), one inequality row.
+class GradientTask(Task):
+    """Climb an objective w(q): v = k₀ ∇w(q), one row for each velocity [rad/s, m/s].
 
-    Above the task of the hand it inverts the order of priority, as footnote 7 of Sect. 3.5.1 advises
-    where an obstacle stands in the path: w is then the distance (3.58). Unlike `GradientTask` it leaves
-    nv − 1 directions to the levels below, and all of them while w approaches w_min more slowly than K
-    allows. Below w_min the row asks for the way back. `gain` K [1/s]: more lets w come down faster and
-    brakes later. `at_least` is w_min, in the unit of w.
+    Below a task that asks for ẋ it gives the chapter's q̇ = J†ẋ + (I − J†J) q̇₀ with q̇₀ = k₀ ∇w. The error is
+    the gradient, which is zero where w is largest.
+
+    Args:
+        objective: w(q), larger being better.
+        gain: k₀, in the unit of v divided by that of ∇w. More climbs faster, and lets an Euler step overshoot
+            the top sooner; a negative number descends.
+        weight: Factor of ½ (v − k₀ ∇w)² within the level, one number or one for each velocity. More lets this
+            task win over others of the same level.
+        name: Name in logs and plots. Default: "gradient".
+
+    Raises:
+        InvalidValue: `objective` is none, or a number is out of its range.
+
+    Source:
+        Equations (3.54) and (3.55).
+    """
+
+    objective: Objective
+    gain: float = field(default=1.0, kw_only=True)
+    weight: ArrayLike = field(default=1.0, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        _check_objective(self.objective)
+        if np.ndim(self.gain) != 0 or not np.isfinite(self.gain):
+            raise InvalidValue(f"gain must be one finite number, got {self.gain!r}")
+
+    def bind(self, robot: Robot, name: str) -> "BoundGradient":
+        """Return the rows for a robot; see `Task.bind`."""
+        return BoundGradient(robot, name, self)
+
+
+class BoundGradient(BoundVelocity):
+    """Rows v = k₀ ∇w.
+
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        task: What was declared.
+    """
+
+    constant = False
+
+    def __init__(self, robot: Robot, name: str, task: GradientTask) -> None:
+        super().__init__(robot, name, task.weight)
+        self._objective, self._k0 = task.objective, np.full(self.weight.size, float(task.gain))
+        self._no_feedforward = np.zeros_like(self.weight)
+
+    def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
+        """Try the gradient once, so that a wrong one is found before the first tick."""
+        gradient = self._objective.gradient(configuration)
+        finite("gradient of the objective", gradient, (configuration.robot.nv,))
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the rows; see `RowPart.fill`."""
+        self.error[:] = self._objective.gradient(configuration)[self._columns]
+        rows.lower[:] = task_rate(self._no_feedforward, self._k0, self.error)
+        rows.upper[:] = rows.lower
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectiveTask(Task):
+    """Keep an objective above a value, w(q) ≥ w_min: ∇w·v ≥ K (w_min − w), one inequality row.
+
+    The row is in the unit of w per second. Above the task of the hand it inverts the order of priority, which
+    is advised where an obstacle stands in the path; w is then the distance (3.58). Unlike `GradientTask` it
+    leaves nv − 1 directions to the levels below, and all of them while w approaches w_min more slowly than K
+    allows. Below w_min the row asks for the way back. The error is what w lacks, max(w_min − w, 0).
+
+    Args:
+        objective: w(q), larger being better.
+        at_least: w_min, in the unit of w.
+        gain: K [1/s]. More lets w come down faster and brakes later; it must stay below 2/Δt.
+        weight: Factor of ½ d² within the level, d being how much the row is missed. More lets this task win
+            over others of the same level.
+        name: Name in logs and plots. Default: "objective".
+
+    Raises:
+        InvalidValue: `objective` is none, or a number is out of its range.
+
+    Source:
+        Footnote 7 of Section 3.5.1.
     """
 
     objective: Objective
@@ -31,42 +110,49 @@ class ObjectiveTask:
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        if not (hasattr(self.objective, "gradient") and hasattr(self.objective, "value")):
-            raise InvalidValue(f"objective must have value(at) and gradient(at), got {self.objective!r}")
+        _check_objective(self.objective)
         finite("at_least", self.at_least, ())
         gains(self.gain, 1)
         weights(self.weight, 1)
 
-    def default_name(self) -> str:
-        return "objective"
-
-    def bind(self, robot: Robot, name: str) -> "BoundObjective":  # noqa: ARG002 (protocol)
+    def bind(self, robot: Robot, name: str) -> "BoundObjective":  # noqa: ARG002
+        """Return the row for a robot; see `Task.bind`."""
         return BoundObjective(name, self)
 
 
-class BoundObjective:
-    """The row; `error` is what w lacks, 0 where it lacks nothing."""
+class BoundObjective(BoundTask):
+    """The one row of an `ObjectiveTask`.
 
-    frame = desired = actual = None
-    constant = False
-    row_names: tuple[str, ...] = ("at least",)
-    row_units: tuple[str, ...] = ("1/s",)
-    column: tuple[int, ...] = (-1,)
+    Args:
+        name: Name of the task in its plan.
+        task: What was declared.
+    """
 
-    def __init__(self, name: str, declared: ObjectiveTask) -> None:
-        self.name = name
-        self.weight, self.gain = weights(declared.weight, 1), gains(declared.gain, 1)
-        self.error: Array = np.zeros(1)
-        self._objective, self._least = declared.objective, float(declared.at_least)
+    def __init__(self, name: str, task: ObjectiveTask) -> None:
+        super().__init__(name, ("at least",), rate_units((task.objective.unit,)), task.gain, task.weight)
+        self._objective, self._least = task.objective, float(task.at_least)
 
     def prepare(self, rows: LevelRows) -> None:
+        """Open the upper side; see `RowPart.prepare`."""
         rows.upper[:] = np.inf
 
-    def start(self, at: Configuration, t: float) -> None:  # noqa: ARG002 (protocol)
-        finite("gradient of the objective", self._objective.gradient(at), (at.robot.nv,))
+    def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
+        """Try the gradient once, so that a wrong one is found before the first tick."""
+        gradient = self._objective.gradient(configuration)
+        finite("gradient of the objective", gradient, (configuration.robot.nv,))
 
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002 (protocol)
-        lack = self._least - self._objective.value(at)
-        rows.A[0] = self._objective.gradient(at)
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the row; see `RowPart.fill`."""
+        lack = self._least - self._objective.value(configuration)
+        rows.A[0] = self._objective.gradient(configuration)
         rows.lower[:] = task_rate(0.0, self.gain, lack)
         self.error[:] = max(lack, 0.0)
+
+
+def _check_objective(objective: object) -> None:
+    """Raise `InvalidValue` unless this is an objective."""
+    if not isinstance(objective, Objective):
+        raise InvalidValue(
+            f"objective must derive from taskopt.Objective, with value(configuration) and "
+            f"gradient(configuration), got {objective!r}"
+        )

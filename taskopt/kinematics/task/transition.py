@@ -1,17 +1,21 @@
 """Tasks that come and go: insertion, removal and swap without a jump in the velocities.
 
-Rows that are not in force have no bounds, lower = −∞ and upper = ∞, and so change nothing. While a task
-comes, its bounds close in from a band of ±β to what it asks for; while it goes, they open again. For
-matrices that stand still the lexicographic optimum is a Lipschitz continuous function of all bounds: the
-residuals of a level are the projection on a polyhedron, so are those of the next on what is left, and
-polyhedra with fixed rows move no faster than their bounds, up to a factor L (Hoffman 1952). A band that
-moves by dβ in a tick therefore moves v by at most L dβ, at whatever level it stands, while a task that is
-switched jumps. Every tick is one strict hierarchy, resolved and certified as any other.
+Rows that are not in force have the bounds −∞ and ∞, and so change nothing. While a task comes, its bounds
+close in from a band of ±β to what the task asks for; while it goes, they open again. For matrices that stand
+still, the lexicographic optimum is a Lipschitz continuous function of all bounds: the residuals of a level
+are the projection on a polyhedron, those of the next level are the same on what is left, and polyhedra with
+fixed rows move no faster than their bounds, up to a factor L. A band that moves by dβ in a tick therefore
+moves v by at most L dβ, at whatever level it stands, while a task that is switched makes v jump. Every tick
+is one strict hierarchy, resolved and certified as any other.
 
     β(u) = ε (e^(κu) − 1),  u from 1 to 0 while the task comes,  dβ/du = κ (β + ε)
 
-closes at a rate in proportion to β, so that it suits goals that are near and far: a row that is D away from
-its goal moves by at most κ (D + ε)/blend a second, with ε = reach/1000 and κ = log 1001 = 6.9.
+The band closes at a rate in proportion to its width, which suits goals that are near and goals that are far:
+a row that is D away from its goal moves by at most κ (D + ε)/blend a second, with ε = reach/1000 and
+κ = log 1001 = 6.9.
+
+Source:
+    Hoffman (1952), Journal of Research of the National Bureau of Standards 49(4), for the factor L.
 """
 
 import math
@@ -24,25 +28,37 @@ import numpy as np
 from taskopt.arrays import Array, finite, number, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import BAND_CLOSED
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task
-from taskopt.kinematics.task.damping import LevelDamping
+from taskopt.kinematics.task.level_damping import LevelDamping
 
 _SHARE = 1000.0  # reach/ε
 _KAPPA = math.log(1.0 + _SHARE)
 _LEAST_REACH = 10.0  # [rad/s, m/s]
-_CLOSED = 1e-6  # of u: a band that only rounding keeps open would be two bounds in one place
 
 
 @dataclass(frozen=True, eq=False)
-class During:
-    """A task in force from `begin` to `end` [s]; it comes in `blend` seconds after `begin`, goes after `end`.
+class During(Task):
+    """Have a task in force from `begin` to `end` only, and let it come and go without a jump.
 
-    Insert a task with `begin`, remove it with `end`, move it to another level by having it at both with the
-    `end` of one the `begin` of the other (`swap` does that for levels). Its references are anchored where it
-    begins. `reach`: the width of the band [m/s, rad/s] from which it closes in, and to which it opens, more
-    than its rows are then away from their goals; None: twice what they ask for there, and at least 10.
+    Rows, units and frame are those of the task. Insert a task with `begin`, remove it with `end`, and move it
+    to another level by having it at both, with the `end` of one equal to the `begin` of the other; `swap`
+    does that for levels. Targets that begin at the present posture are anchored at `begin`.
+
+    Args:
+        task: The task; not one that is timed itself, nor `LevelDamping`.
+        begin: Time [s] at which it begins to come. Default: always there.
+        end: Time [s] at which it begins to go. Default: never.
+        blend: How long it takes to come, and to go [s]. More makes the velocities change more slowly; 0
+            switches, which lets them jump.
+        reach: Width of the band [m/s, rad/s] from which the bounds close in, and to which they open. It
+            should exceed the distance of the rows from their goals then; more makes the band move faster.
+            Default: twice what the rows ask for, and at least 10.
+
+    Raises:
+        InvalidValue: The task cannot be timed, or it would go before it has come.
     """
 
     task: Task
@@ -68,59 +84,77 @@ class During:
             )
 
     @property
-    def name(self) -> str | None:
-        """The name of its task."""
+    def name(self) -> str | None:  # type: ignore[override]
+        """Name of the task, or None."""
         return self.task.name
 
     def default_name(self) -> str:
+        """Return the default name of the task."""
         return self.task.default_name()
 
     def bind(self, robot: Robot, name: str) -> "BoundDuring":
+        """Return the rows for a robot; see `Task.bind`."""
         return BoundDuring(self, self.task.bind(robot, name))
 
     def openness(self, t: float) -> float:
-        """u at t [s]: 0 where the task is fully in force, 1 and more where it is not at all."""
+        """Return u at a time.
+
+        Args:
+            t: Time [s].
+
+        Returns:
+            0 where the task is fully in force, 1 and more where it is not at all.
+        """
         coming = self.begin - t + self.blend if math.isfinite(self.begin) else -math.inf
         going = t - self.end if math.isfinite(self.end) else -math.inf
         late = max(coming, going, 0.0)
         return late / self.blend if self.blend > 0.0 else math.copysign(math.inf, late) if late else 0.0
 
 
-class BoundDuring:
-    """The rows of its task, with the bounds that its time leaves them."""
+class BoundDuring(BoundTask):
+    """The rows of a task, with the bounds that its time leaves them.
 
-    constant = False
+    Args:
+        declared: When the task is in force.
+        inner: The task as bound to the robot.
+    """
 
     def __init__(self, declared: During, inner: BoundTask) -> None:
+        super().__init__(inner.name, inner.row_names, inner.row_units, inner.gain, inner.weight, inner.column)
         self.declared, self._inner, self._begun = declared, inner, False
         self._reach: dict[bool, float] = {}  # while it comes (True), and while it goes (False)
-        self.name, self.row_names, self.row_units = inner.name, inner.row_names, inner.row_units
-        self.column, self.weight, self.gain, self.error = inner.column, inner.weight, inner.gain, inner.error
+        self.weight, self.gain, self.error = inner.weight, inner.gain, inner.error
         self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
-        self.box, self.cone = getattr(inner, "box", None), getattr(inner, "cone", None)
+        self.box, self.cone = inner.box, inner.cone
 
     def prepare(self, rows: LevelRows) -> None:
+        """Write what never changes in the rows of the task; see `RowPart.prepare`."""
         self._inner.prepare(rows)
 
-    def start(self, at: Configuration, t: float) -> None:
-        self._inner.start(at, t)
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target of the task; see `RowPart.start`."""
+        self._inner.start(configuration, t)
         self._begun = t >= self.declared.begin
         self._reach.clear()
 
-    def fill(self, at: Configuration, t: float, rows: LevelRows) -> None:
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
+        """Write the rows; see `RowPart.fill`."""
         if not self._begun and t >= self.declared.begin:
-            self.start(at, t)
-        self._inner.fill(at, t, rows)
+            self.start(configuration, t)
+        if self._inner.constant:
+            rows.lower[:] = rows.upper[:] = 0.0
+        else:
+            self._inner.fill(configuration, t, rows)
         u = self.declared.openness(t)
         if u >= 1.0:
             rows.lower[:], rows.upper[:] = -np.inf, np.inf
-        elif u > _CLOSED:
+        elif u > BAND_CLOSED:
             band = self._reach_at(t, rows) / _SHARE * math.expm1(_KAPPA * u)
             rows.lower[:] -= band
             rows.upper[:] += band
 
     def _reach_at(self, t: float, rows: LevelRows) -> float:
-        """The reach of a transition, the same from its first tick to its last."""
+        """Return the reach of a transition, the same from its first tick to its last."""
         comes = t < self.declared.begin + self.declared.blend
         if comes not in self._reach:
             asked = max(float(np.abs(b[np.isfinite(b)]).max(initial=0.0)) for b in (rows.lower, rows.upper))
@@ -129,7 +163,14 @@ class BoundDuring:
 
 
 class Transition(NamedTuple):
-    """A task that comes or goes, from `begin` to `end` [s]."""
+    """A time in which a task comes or goes.
+
+    Attributes:
+        task: Name of the task.
+        what: "comes" or "goes".
+        begin: When that begins [s].
+        end: When that is done [s].
+    """
 
     task: str
     what: str
@@ -138,7 +179,14 @@ class Transition(NamedTuple):
 
 
 def transitions(tasks: Iterable[BoundTask]) -> tuple[Transition, ...]:
-    """When the tasks of a plan come and go."""
+    """Return when the tasks of a plan come and go.
+
+    Args:
+        tasks: Tasks of a plan.
+
+    Returns:
+        One entry for each time in which a task comes or goes.
+    """
     out: list[Transition] = []
     for task in tasks:
         if isinstance(task, BoundDuring):
@@ -154,10 +202,20 @@ def transitions(tasks: Iterable[BoundTask]) -> tuple[Transition, ...]:
 def swap(
     first: Sequence[Task], second: Sequence[Task], at: float, blend: float = 0.25, reach: float | None = None
 ) -> list[list[Task]]:
-    """Levels in which the tasks of `first` stand above those of `second` until `at` [s], then below them.
+    """Return levels in which one group of tasks stands above another, then below it.
 
     `Stack(levels=[*swap([a], [b], at=2.0), [c]])` is a, b, c, then b, a, c. The tasks of `second` go below
-    and come above those of `first`, as `During` does it.
+    those of `first` and come above them, as `During` does it.
+
+    Args:
+        first: Tasks that are above until `at`.
+        second: Tasks that are above from then on.
+        at: Time of the swap [s].
+        blend: How long it takes [s], see `During`.
+        reach: Width of the band, see `During`.
+
+    Returns:
+        Three levels.
     """
     above: list[Task] = [During(task, begin=at, blend=blend, reach=reach) for task in second]
     below: list[Task] = [During(task, end=at, blend=blend, reach=reach) for task in second]
@@ -165,6 +223,13 @@ def swap(
 
 
 def largest_jump(velocities: Array) -> float:
-    """The largest |v_k − v_(k−1)| of any velocity [rad/s, m/s] in a path (ticks, nv)."""
+    """Return the largest change of any velocity from one tick to the next.
+
+    Args:
+        velocities: Velocities of all ticks, (ticks, nv) [rad/s, m/s].
+
+    Returns:
+        max |v_k − v_(k−1)| [rad/s, m/s].
+    """
     path = finite("velocities", velocities, (None, None))
     return float(np.abs(np.diff(path, axis=0)).max(initial=0.0))

@@ -69,7 +69,7 @@ class ActiveSet:
             history[PREVIOUS] = memory.state if memory.previous is None else memory.previous
             history[ALTERNATES] = memory.alternates
         state, answer = np.empty(layout.width, np.int8), np.empty(layout.answer_size)
-        problem = hierarchy.buffer, hierarchy.norm, layout.offsets, layout.columns
+        problem = hierarchy.buffer, hierarchy.norm.copy(), layout.offsets, layout.columns
         outcome, rounds = _run_tick(problem, self.settings, history, state, answer)
         kept = Memory(state, previous=history[PREVIOUS], alternates=bool(history[ALTERNATES, 0]))
         return packed(hierarchy, answer, state, outcome, rounds), kept

@@ -10,9 +10,15 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import HalfSpace, Sphere
-from taskopt.kinematics.limit import BoundLimit, JointPositionLimit, JointVelocityLimit, Limit, RowLimit
-from taskopt.kinematics.limit.obstacle import ObstacleLimit
-from taskopt.kinematics.limit.self_collision import SelfCollisionLimit
+from taskopt.kinematics.limit import (
+    BoundLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+    ObstacleLimit,
+    RowLimit,
+    SelfCollisionLimit,
+)
 from taskopt.kinematics.robot import DHRow, planar_arm
 from taskopt.resolver.registry import resolve
 from tests.helpers.near import SOLIDS, beside, robot

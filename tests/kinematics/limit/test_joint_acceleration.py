@@ -8,6 +8,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import JointAccelerationLimit
 from taskopt.kinematics.limit.acceleration import narrow_by_acceleration
+from taskopt.kinematics.part import RobotState
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.moving import robot
 
@@ -20,7 +21,8 @@ def bounds_of(q, v, dt, a, fastest, low, high):
     of_joint = np.column_stack([v, a * dt, fastest, low, high])
     bounds = np.repeat([[-np.inf], [np.inf], [0.0], [0.0]], q.size, axis=1)
     program = np.repeat(np.arange(q.size), 2)
-    narrow_by_acceleration(program, q.astype(float), np.concatenate([[dt], of_joint.ravel()]), bounds, 1)
+    state = RobotState(q.astype(float), np.zeros((6, 1), order="F"), np.zeros((1, 12)))
+    narrow_by_acceleration(program, np.concatenate([[dt], of_joint.ravel()]), state, bounds, 1)
     return bounds[:2]
 
 

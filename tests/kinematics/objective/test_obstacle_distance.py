@@ -8,7 +8,7 @@ from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Sphere
-from taskopt.kinematics.objective.obstacle_distance import ObstacleDistance
+from taskopt.kinematics.objective import ObstacleDistance
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.differences import derivative
 from tests.helpers.near import NAMES, SOLIDS, beside, robot

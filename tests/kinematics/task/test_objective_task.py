@@ -45,7 +45,7 @@ def test_an_objective_that_comes_first_is_kept_where_the_path_would_spoil_it() -
 
 def test_senseless_declarations_are_refused() -> None:
     """What is no objective, a value that is no number, a negative gain."""
-    with pytest.raises(InvalidValue, match="objective must have"):
+    with pytest.raises(InvalidValue, match="objective must derive"):
         ObjectiveTask(lambda q: 0.0, at_least=0.0)  # type: ignore[arg-type]
     with pytest.raises(InvalidValue, match="at_least"):
         ObjectiveTask(JointRange(), at_least=np.nan)

@@ -1,0 +1,213 @@
+"""Parts of a plan: what a task or a limit becomes once it is bound to a robot.
+
+A part fills its rows, or narrows the bounds of the joint velocities, on every tick. It does so in Python, by
+its method `fill` or `narrow`, or by a compiled kernel that it hands over as three attributes:
+
+    kernel       a function compiled by `taskopt.jit.kernel_apart`
+    parameters   integers that the kernel reads: sizes, row indices, columns
+    memory       numbers that the kernel reads and writes: targets, gains, errors
+
+The plan calls the kernels of all its parts in one compiled call (`taskopt.kinematics.plan`), since a call
+from Python costs more than the rows of a task. A part from outside this package joins in the same way.
+
+The kernel of rows has the signature `(parameters, memory, state, rows)`, with `RobotState` and `RowArrays`.
+The kernel of a limit on single velocities has `(parameters, memory, state, bounds, owner)`, with the last two
+as in `BoundLimit.narrow`.
+"""
+
+from collections.abc import Callable, Sequence
+from inspect import ismethod
+from typing import NamedTuple
+
+import numpy as np
+
+from taskopt.arrays import Array, IntArray
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.kinematics.configuration import Configuration
+
+
+class RobotState(NamedTuple):
+    """What a kernel may know of the robot.
+
+    Attributes:
+        q: Configuration, (nq,) [rad, m].
+        jacobians: Spatial Jacobian of all joints, (6, nv): column j is the velocity of the point of the body
+            that passes the world's origin, then its angular velocity, both in the axes of the world, for a
+            unit velocity j.
+        placements: Pose of each joint in the world, the world itself first, (joints + 1, 12): the columns of
+            its rotation one after another, then its translation [m].
+    """
+
+    q: Array
+    jacobians: Array
+    placements: Array
+
+
+class RowArrays(NamedTuple):
+    """The rows of one part, to be written by its kernel.
+
+    Attributes:
+        A: Coefficients of the joint velocities, (m, nv).
+        lower: Lower bounds of A v, (m,); −inf where there is none.
+        upper: Upper bounds of A v, (m,); equal to `lower` in an equality.
+    """
+
+    A: Array
+    lower: Array
+    upper: Array
+
+
+RowKernel = Callable[[IntArray, Array, RobotState, RowArrays], None]
+BoxKernel = Callable[[IntArray, Array, RobotState, Array, int], None]
+
+_NO_PARAMETERS = np.zeros(0, dtype=np.int64)
+_NO_MEMORY = np.zeros(0)
+
+
+class Part:
+    """Base of everything that fills a part of the hierarchy.
+
+    Attributes:
+        name: Name of the part in its plan.
+        constant: True if what was written when the stack was compiled never changes.
+        kernel: Compiled function that does the work of each tick, or None to do it in Python. Assign it in
+            `__init__`; a function in the body of a class would become a method.
+        parameters: Integers for the kernel, (any,).
+        memory: Numbers for the kernel, (any,).
+    """
+
+    name: str
+    constant: bool = False
+    kernel: RowKernel | BoxKernel | None = None
+    parameters: IntArray = _NO_PARAMETERS
+    memory: Array = _NO_MEMORY
+
+    def use(self, memory: Array) -> None:
+        """Re-bind this part to `memory`, which already holds its current numbers.
+
+        The plan calls this once, after it has joined the memories of all parts. A part that keeps views into
+        its memory makes them anew here.
+
+        Args:
+            memory: The memory from now on, of the size of the old one.
+        """
+        self.memory = memory
+
+
+class RowPart(Part):
+    """A part that fills rows lower ≤ A v ≤ upper.
+
+    Args:
+        name: Name of the part in its plan.
+        row_names: Name of each row, such as ("x", "y").
+        row_units: Unit of A v for each row, such as ("m/s", "m/s").
+        column: For each row j if it is the unit vector e_j for good, else −1. Solvers skip work for unit
+            vectors. None: −1 for all.
+
+    Attributes:
+        fixed_target: True if `aim` need not be called on every tick, since the target stands still.
+    """
+
+    fixed_target: bool = False
+
+    def __init__(
+        self,
+        name: str,
+        row_names: Sequence[str],
+        row_units: Sequence[str],
+        column: Sequence[int] | None = None,
+    ) -> None:
+        self.name = name
+        self.row_names, self.row_units = tuple(row_names), tuple(row_units)
+        self.column = (-1,) * len(self.row_names) if column is None else tuple(column)
+
+    def prepare(self, rows: LevelRows) -> None:
+        """Write once what never changes.
+
+        Args:
+            rows: Rows of this part in the hierarchy; A arrives full of zeros, and so do the bounds.
+        """
+
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor targets that begin at the present posture; the plan calls this for tasks, not for limits.
+
+        Args:
+            configuration: Robot at the start posture.
+            t: Time [s].
+        """
+
+    def aim(self, t: float) -> None:
+        """Write the target into `memory` for the kernel; parts without a kernel need no `aim`.
+
+        Args:
+            t: Time [s].
+        """
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
+        """Write the rows in place.
+
+        A part with a kernel inherits this method, which runs the kernel; other parts define their own.
+
+        Args:
+            configuration: Robot at the posture of this tick.
+            t: Time [s].
+            rows: Rows of this part in the hierarchy.
+        """
+        if self.kernel is not None:
+            self.aim(t)
+            arrays = RowArrays(rows.A, rows.lower, rows.upper)
+            self.kernel(self.parameters, self.memory, state_of(configuration), arrays)  # type: ignore[call-arg]
+
+
+def state_of(configuration: Configuration) -> RobotState:
+    """Return what kernels may know of a robot, as views into a configuration.
+
+    Args:
+        configuration: The robot at q.
+
+    Returns:
+        Views that follow the configuration when it moves.
+    """
+    return RobotState(configuration.q, configuration.joint_jacobians, configuration.joint_placements)
+
+
+def check_complete(part: object, base: type[Part], what: str, needed: Sequence[str]) -> None:
+    """Raise an error that names what a part lacks.
+
+    Args:
+        part: What a declaration was bound to.
+        base: The class that it must derive from.
+        what: The declaration that made the part, for the message.
+        needed: Names of the attributes that must be there.
+
+    Raises:
+        InvalidValue: The part derives from another class, lacks an attribute, has neither `fill` nor a kernel
+            where it needs one, or its sizes disagree.
+    """
+    own = type(part).__name__
+    if not isinstance(part, base):
+        raise InvalidValue(
+            f"bind() of {what} must return a {base.__name__}, and {own} does not derive from it"
+        )
+    missing = [name for name in needed if not hasattr(part, name)]
+    if missing:
+        raise InvalidValue(
+            f"{own}, to which {what} is bound, lacks {', '.join(missing)} of {base.__name__}; "
+            f"call super().__init__() in its __init__"
+        )
+    if ismethod(part.kernel):
+        raise InvalidValue(f"{own}.kernel is a method; assign the kernel in __init__, as self.kernel = …")
+    if isinstance(part, RowPart):
+        _check_rows(part, own, what)
+
+
+def _check_rows(part: RowPart, own: str, what: str) -> None:
+    """Raise `InvalidValue` if a part cannot fill its rows, or names another number of them than it has."""
+    if part.kernel is None and not part.constant and type(part).fill is RowPart.fill:
+        raise InvalidValue(f"{own}, to which {what} is bound, lacks fill() or a kernel of {RowPart.__name__}")
+    m = len(part.row_names)
+    for name in ("row_units", "column"):
+        size = len(vars(part)[name])
+        if size != m:
+            raise InvalidValue(f"{own}, to which {what} is bound, has {m} row_names and {size} {name}")

@@ -1,0 +1,10 @@
+"""Checks for own tasks, limits, objectives, solvers and resolvers; the package's own tests use them.
+
+Each check tries a contract at random configurations or on random problems. It returns nothing where the
+contract holds, and raises `AssertionError` with a sentence that says what failed, where, and by how much. No
+test framework is needed.
+"""
+
+from taskopt.testing.limit import check_limit as check_limit
+from taskopt.testing.objective import check_objective as check_objective
+from taskopt.testing.task import check_task as check_task
