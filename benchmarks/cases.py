@@ -34,7 +34,7 @@ from taskopt import (
 )
 from taskopt.arrays import Array
 from taskopt.kinematics.limit import Limit
-from taskopt.kinematics.task import Task
+from taskopt.kinematics.task import BoundTask, Task
 
 DT, PERIOD, RADIUS = 0.002, 2.0, 0.1  # [s], [s], [m]
 GAIN, DAMPING, POSITION_GAIN = 1.0 / DT, 1e-12, 0.5

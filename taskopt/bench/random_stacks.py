@@ -9,9 +9,14 @@ from taskopt.arrays import Array
 from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
-from taskopt.kinematics.limit import JointAccelerationLimit, JointPositionLimit, JointVelocityLimit, Limit
-from taskopt.kinematics.limit import ObstacleLimit
-from taskopt.kinematics.limit import SelfCollisionLimit
+from taskopt.kinematics.limit import (
+    JointAccelerationLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+    ObstacleLimit,
+    SelfCollisionLimit,
+)
 from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Latest

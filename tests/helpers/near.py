@@ -7,8 +7,8 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.kinematics.collision.pairs import random_posture
-from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.robot import Robot, planar_arm
 
 # Textbook capsules, hulls and boxes, cylinders, a floating base.

@@ -35,7 +35,7 @@ def not_compiled(fault: str = "") -> list[str]:
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 def test_every_kernel_is_compiled() -> None:
     """After the warm-up each kernel has machine code, its own or within that of a kernel which calls it."""
-    assert set(not_compiled()) <= {"box_of"}  # which no kernel of ours calls at present
+    assert set(not_compiled()) <= {"box_of", "_no_rows", "_no_bounds"}  # which some plans need, not all
 
 
 @pytest.mark.slow
