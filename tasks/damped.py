@@ -1,8 +1,8 @@
 """A two-link arm passes its own base at 3 cm, where it is almost folded; damping keeps the joints slow.
 
-Damped least squares (3.59): the tip's task and q̇ = 0 share one level, so that their cost is
+Damped least squares (3.59): the task of the tip and q̇ = 0 share one level, so that their cost is
 ½‖v − J q̇‖² + ½ k² ‖q̇‖² with k = 0.1. Without the second task the first joint would turn by nearly
-half a turn within the moment in which the tip passes.
+half a turn while the tip passes.
 """
 
 from taskopt import DampingTask, Line, PositionTask, Scenario, Stack, planar_arm

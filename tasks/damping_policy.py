@@ -1,8 +1,8 @@
-"""The arm of `damped` passes its base again, damped only where, and only as much as, it has to be.
+"""The arm of `damped` passes its base again, with damping only where it is needed.
 
-Damping by a policy: k² of (3.59) grows from zero as the smallest singular value falls below 0.15 (Chiaverini,
-Siciliano and Egeland 1994), along the singular direction only. Before and after the tip keeps to its line
-exactly, which with a constant k it nowhere does.
+Damping by a policy: k² of (3.59) grows from zero as the smallest singular value falls below 0.15
+(Chiaverini, Siciliano and Egeland 1994), and acts along the singular direction only. Before and after, the
+tip follows its line exactly; with a constant k it would not do so anywhere.
 """
 
 from taskopt import LevelDamping, Line, NumericalFiltering, PositionTask, Scenario, Stack, planar_arm

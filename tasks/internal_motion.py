@@ -1,7 +1,7 @@
 """The Panda's elbow swings from side to side while its hand does not move at all.
 
-Internal motion: with v = 0, (3.54) is q̇ = (I − J†J) q̇₀. What q̇₀ asks for is a sine of the first joint;
-what of it the hand allows is carried out.
+Internal motion: with v = 0, (3.54) is q̇ = (I − J†J) q̇₀. The velocity q̇₀ moves the first joint along a
+sine, and the projector leaves the part of it that does not move the hand.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""The tip goes twice around a circle while the joints keep away from their mechanical limits.
+"""The tip goes twice around a circle while the joints stay away from their mechanical limits.
 
 Sect. 3.7.5 of Siciliano et al., Fig. 3.20: the gradient of (3.57) with k₀ = 250 and the limits given there.
-Nothing but the gradient keeps them: there is no hard limit in this stack.
+The gradient alone keeps the joints inside: this stack has no hard limit.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """The tip of a planar arm moves past its base on a straight line, and the arm stays as dexterous as it can.
 
-Redundancy climbs w = √det(J Jᵀ) (3.56) with k₀ = 10 in (3.55). With k₀ = 0 the arm comes within 0.08 m² of a
-singularity on the way, here it does not fall below 0.33 m².
+Redundancy is used to increase w = √det(J Jᵀ) (3.56), with k₀ = 10 in (3.55). With k₀ = 0, w would fall to
+0.08 m² on the way, near a singularity; here it stays above 0.33 m².
 """
 
 from taskopt import GradientTask, Line, Manipulability, PositionTask, Scenario, Stack, planar_arm

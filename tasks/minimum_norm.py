@@ -1,7 +1,7 @@
-"""Of all joint velocities that keep the tip on its circle, the smallest: (3.51), and nothing else.
+"""Of all joint velocities that keep the tip on its circle, the arm takes the smallest (3.51).
 
-Sect. 3.7.5 of Siciliano et al., Fig. 3.17: redundancy is left unused, and the arm is in another posture
-after each of the two turns.
+Sect. 3.7.5 of Siciliano et al., Fig. 3.17: redundancy is not used for anything else, and the arm is in
+another posture after each of the two turns.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
-"""A planar arm with four links follows a straight line and moves its elbows away from a circular object.
+"""A planar arm with four links follows a straight line and moves its links away from a circular object.
 
 The gradient of (3.58) with k₀ = 2 in (3.55). With k₀ = 0 the second link would go through the object. The
-objective has second place: it would not keep the tip off the object if the line led there, as
-`obstacle_first` does.
+objective is on the second level: it would not keep the tip off the object if the line led through it. The
+scenario `obstacle_first` shows that case.
 """
 
 from taskopt import GradientTask, Line, ObstacleDistance, PositionTask, Scenario, Sphere, Stack, planar_arm

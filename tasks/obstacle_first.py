@@ -1,9 +1,9 @@
-"""A circular object stands in the path of the tip; with priorities inverted the arm goes around it.
+"""A circular object is in the path of the tip; with inverted priorities the arm goes around it.
 
-Footnote 7 of Sect. 3.5.1: the distance (3.58) comes first, at least 2 cm for every link, and the path
-second. Where they conflict the path gives way, and the tip returns to it behind the object. With the two
-levels exchanged the tip goes through the object. Where both ask for the same direction, an algorithmic
-singularity, damping (3.59) of the path keeps the joints slow.
+Footnote 7 of Sect. 3.5.1: the first level keeps a distance (3.58) of at least 2 cm for every link, and the
+path is second. Where the two conflict, the tip leaves its path, and it returns behind the object. With the
+two levels exchanged the tip would go through the object. Where both levels ask for the same direction, which
+is an algorithmic singularity, damping (3.59) of the path keeps the joints slow.
 """
 
 import numpy as np

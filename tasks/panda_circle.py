@@ -1,8 +1,8 @@
-"""The Panda's hand draws a vertical circle; joints stay near mid-range and the arm manipulable below.
+"""The Panda's hand draws a vertical circle; on the second level the joints stay near mid-range.
 
-The circle is too large and too fast for this start: on the way a joint meets its position limit and
-others their velocity limits. The closed form, which knows no limits, drives through them; a QP gives
-up a little of the circle instead.
+The circle is too large and too fast for this start: on the way a joint reaches its position limit, and others
+their velocity limits. The closed form, which knows no limits, goes through them; a QP leaves the circle a
+little instead. The second level also keeps the manipulability of the hand high.
 """
 
 from taskopt import (

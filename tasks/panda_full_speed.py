@@ -1,7 +1,7 @@
-"""All joints of the Panda are sent far beyond their ranges, and back, as fast as they can.
+"""All joints of the Panda are sent far beyond their ranges, and back, as fast as they can move.
 
-They accelerate, run at their velocity limits, and stop at the ends of their ranges, with the acceleration
-that is allowed and not a rad more; the bounds are exact for steps of this length, and never empty.
+They accelerate, move at their velocity limits, and stop at the ends of their ranges with the acceleration
+that is allowed. The bounds are exact for steps of this length, and they are never empty.
 """
 
 from taskopt import Function, JointAccelerationLimit, JointTask, Robot, Scenario, Stack

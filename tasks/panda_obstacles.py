@@ -1,9 +1,9 @@
-"""The Panda's hand goes between two balls, closer together than it is wide, to where the arm is stretched.
+"""The Panda's hand goes between two balls that are closer together than it is wide.
 
-The hand's orientation shares the level of the path with a small weight, and gives way to slip through: no
-link comes nearer than 2 cm to a ball, or 1 cm to another link. The closed form, which knows no obstacles,
-drives into a ball. At the end the elbow is nearly straight, the ellipsoid flat: a singularity, where damping
-(3.59) keeps the joints slow.
+The orientation of the hand is on the same level as the path, with a small weight, and it gives way so that
+the hand can pass: no link comes nearer than 2 cm to a ball, or 1 cm to another link. The closed form, which
+knows no obstacles, goes into a ball. At the end the elbow is nearly straight, which is a singularity; damping
+(3.59) keeps the joints slow there.
 """
 
 from taskopt import (

@@ -1,8 +1,8 @@
-"""The Panda changes what it does while it moves: tasks come, go, and change places without a jump.
+"""The Panda changes its tasks while it moves: they come, go and change places without a jump.
 
-The hand draws a circle. From 1.5 s to 4 s its orientation is held too, above the circle in priority; at 3 s
-the circle gives way to a point. Each change takes 0.3 s, in which every tick is one strict hierarchy, as
-before and after.
+The hand draws a circle. From 1.5 s to 4 s its orientation is held as well, on a level above the circle; at
+3 s a point takes the place of the circle. Each change takes 0.3 s, during which every tick is one strict
+hierarchy, as before and after.
 """
 
 from taskopt import (

@@ -1,7 +1,7 @@
-"""The tip of a planar three-link arm goes twice around a circle; what is left keeps it well bent.
+"""The tip of a planar three-link arm goes twice around a circle; on the second level the arm stays bent.
 
 Sect. 3.7.5 of Siciliano et al., Figs. 3.17 and 3.19: Jacobian pseudo-inverse (3.72), K = 500 1/s,
-and the gradient of w = ½(s₂² + s₃²) with k₀ = 50. After 4 s the tip holds for another second.
+and the gradient of w = ½(s₂² + s₃²) with k₀ = 50. After 4 s the tip holds its position for another second.
 """
 
 import numpy as np

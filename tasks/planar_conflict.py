@@ -1,8 +1,8 @@
-"""A deliberate conflict: an arm that cannot brake in time is to stop before an obstacle.
+"""Two limits contradict each other on purpose: an arm cannot brake in time before an obstacle.
 
-The limit of the obstacle asks for brakes harder than the motors have, so that two hard limits contradict
-each other for some ticks. With `on_conflict="raise"` the run ends there with a sentence that names them
-and the least that would have to give way; here the arm brakes as hard as it may, and says so.
+The limit of the obstacle needs harder brakes than the motors have, so that two hard limits contradict each
+other for some ticks. With `on_conflict="raise"` the run would end there with a message that names the limits
+and the least relaxation. Here the arm brakes as hard as it may, and the summary says so.
 """
 
 from taskopt import JointAccelerationLimit, ObstacleLimit, PositionTask, Scenario, Sphere, Stack, planar_arm

@@ -2,8 +2,8 @@
 
 Link lengths 0.5, 0.3, 0.3 m; from (0.8, 0.2) to (0.8, -0.2) m in 2 s with a sinusoidal timing law; the
 object has its centre in (0.3, 0) m and a radius of 0.1 m; Euler integration (3.48) at 1 ms. The links
-are segments, 2 mm thick so that they can be seen. From this start the plain pseudo-inverse drives the
-first link into the object; the limit keeps all links out, at no cost to the line.
+are segments, 2 mm thick so that they can be seen. From this start the plain pseudo-inverse moves the first
+link into the object; the limit keeps all links out, and the tip still follows its line.
 """
 
 import numpy as np

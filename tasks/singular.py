@@ -1,9 +1,9 @@
 """A stretched arm is pulled sideways, which it can follow, and then towards its base, which it cannot.
 
-Sect. 3.5.2: at a singularity the velocity of the tip is in the range of J or it is not. Across the arm it
-is, and J†v carries it out. Along the arm it is not: J†v is the best in least squares, which is to stand
-still, whatever the error grows to. Below it the second joint is told to stay, as least norm alone would bend
-it, and *near* a singularity the exact answer is huge: that takes damping, or limits.
+Sect. 3.5.2: at a singularity the velocity of the tip may or may not be in the range of J. Sideways it is, and
+J†v moves the tip as asked. Towards the base it is not: J†v is the best in the sense of least squares, which
+is standstill, however large the error becomes. The second joint is held on the level below, because the
+minimum norm alone would bend it. Near a singularity the exact answer is huge; damping or limits are needed.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""A Panda with one joint locked has as many joints as its hand has directions: nothing is left to decide.
+"""A Panda with one locked joint has as many joints as its hand has directions, so nothing is left to choose.
 
-The inverse of a square Jacobian, q̇ = J⁻¹ v (3.47), draws a circle. Norm and lower levels would change
-nothing; limits that do not bind change nothing either, and the QP answers what the formula does.
+The inverse of a square Jacobian, q̇ = J⁻¹ v (3.47), draws a circle. A norm and lower levels would change
+nothing, nor do limits that are not active; the QP gives the answer of the formula.
 """
 
 from taskopt import Circle, FrameTask, JointPositionLimit, JointVelocityLimit, Robot, Scenario, Stack

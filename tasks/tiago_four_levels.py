@@ -1,8 +1,9 @@
-"""Two arms and a head under four levels, two inequalities in the middle.
+"""Two arms and a head have tasks on four levels, with two inequalities on the second.
 
-First, TIAGo's left hand draws a circle. Second, and without a say while they are met, the right hand stays
-in a box and the head looks at the left hand's work from within a cone. Third, the right hand goes around a
-circle that is larger than the box, so it slides along the box's sides. Last, the posture of the start.
+First, TIAGo's left hand draws a circle. Second, the right hand stays in a box, and the head keeps the left
+hand inside a viewing cone; both have no effect while they are met. Third, the right hand goes around a circle
+that is larger than the box, so that it slides along the sides of the box. Last, the robot keeps the posture
+of the start.
 """
 
 from taskopt import (

@@ -1,7 +1,7 @@
-"""The tip goes around its circle while the first joint, which has to carry the whole arm, is spared.
+"""The tip goes around its circle with little motion of the first joint, which carries the whole arm.
 
 A weighted norm (3.50): q̇ᵀ W q̇ with W = diag(20, 1, 1) makes a motion of the first joint cost twenty
-times one of the others. With W = I the scenario is `minimum_norm`.
+times as much as one of the others. With W = I the scenario is `minimum_norm`.
 """
 
 import numpy as np

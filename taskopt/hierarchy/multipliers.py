@@ -7,10 +7,10 @@ optimum, such y exist (Dimitrov, Sherikov and Wieber 2015, Sect. 2), so a bad fi
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from taskopt.arrays import Array, IntArray, finite
+from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.hierarchy.certificate import Certificate, certify
 from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.problem import Hierarchy

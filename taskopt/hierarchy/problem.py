@@ -16,9 +16,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, bound, finite
+from taskopt.arrays import Array, ArrayLike, bound, finite
 from taskopt.errors import Infeasible, InvalidValue
 from taskopt.hierarchy import io
 from taskopt.hierarchy.intervals import signed_distance

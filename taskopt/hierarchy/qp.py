@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from taskopt.arrays import Array, bound, finite
+from taskopt.arrays import Array, ArrayLike, bound, finite
 from taskopt.errors import Infeasible, InvalidValue, MissingFile
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.status import Status

@@ -1,9 +1,8 @@
 """How much worse each level is met than it could be: the leak of anybody's answer to a hierarchy."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.status import Status
