@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import cast
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from taskopt.resolver.tick_review import TickReview
 
 FLAWED = -1  # the rows or bounds of a tick hold NaN, or a bound that nothing can meet
 _SOLVED = int(Outcome.SOLVED)  # a plain integer: a comparison with a member of an Enum costs more
+
+
+Entry = Callable[..., tuple[int, int]]  # returns outcome and number of factorisations
 
 
 class OneCall:
@@ -110,9 +114,7 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 
 
 @lru_cache(maxsize=256)
-def _fill_and_tick(
-    fill: Fill, resolve: Callable[..., tuple[int, int]], fast: int, limit: int
-) -> Callable[..., tuple[int, int]]:
+def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     """Return the compiled function of a plan's tick, made of its fill function and of `tick` or `tick_fast`.
 
     The outcome is FLAWED where the rows are flawed.
@@ -127,4 +129,4 @@ def _fill_and_tick(
         settings = np.int64(fast), np.int64(limit)
         return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
 
-    return fill_and_tick
+    return cast("Entry", fill_and_tick)

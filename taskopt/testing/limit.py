@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.part import RowPart
@@ -14,7 +15,8 @@ from taskopt.kinematics.task import DampingTask
 from taskopt.testing.sampling import configurations, require
 
 Outside = Callable[[Configuration], float]
-_FAST = 10.0  # [rad/s, m/s] how fast a joint is driven that the limit leaves free
+_LONGEST = 0.2  # [rad, m] how far a joint goes in a step if the limit leaves it free
+_STEPS = 8
 _INSIDE = 1e-9  # [rad, m] and [rad/s, m/s]: rounding
 
 
@@ -32,9 +34,9 @@ def check_limit(
     - Its names, units and sizes agree, and its bounds are no NaN.
     - It only narrows bounds, and writes its owner where it does, and nowhere else.
     - Braking as hard as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0.
-    - The plan, which calls kernels in one compiled call, gives the same bounds as the methods.
-    - From configurations inside, the largest velocity that it allows in a random direction is taken for some
-      steps. After each step braking is still allowed, and `outside` is not positive.
+    - The plan, which calls kernels in one compiled call, gives the same rows and bounds as the methods.
+    - From configurations inside, the largest velocity that it allows towards a random corner is taken for
+      some steps. After each step braking is still allowed, and `outside` is not positive.
 
     Args:
         limit: The limit.
@@ -59,9 +61,10 @@ def check_limit(
         plan.start(q, 0.0)
         if isinstance(bound, RateLimit):
             bound.moved(np.zeros(robot.nv))
-        for _ in range(8):
-            _check_narrow(bound, plan, q, limit.name, rng)
-            v = _extreme(plan, q, rng)
+        direction = rng.choice([-1.0, 1.0], robot.nv)
+        for _ in range(_STEPS):
+            _check_tick(bound, plan, q, limit.name, rng)
+            v = _extreme(plan, q, direction)
             q = robot.integrate(q, v, dt)
             plan.moved(v)
             if isinstance(bound, RateLimit):
@@ -84,54 +87,70 @@ def _check_form(bound: BoundLimit | RowPart, name: str) -> None:
         require(unique, f"owners of '{name}' are not unique: {bound.owners}")
 
 
-def _check_narrow(
+def _check_tick(
     bound: BoundLimit | RowPart, plan: Plan, q: Array, name: str, rng: np.random.Generator
 ) -> None:
-    """Check bounds and rows at one configuration: narrower, owned, with braking inside, as in the plan."""
+    """Check bounds and rows at one configuration."""
     hierarchy, brakes = plan.at(q, 0.0), plan.brakes()
-    value = hierarchy.limits.A @ brakes
-    over = float(np.maximum(hierarchy.limits.lower - value, value - hierarchy.limits.upper).max(initial=0.0))
+    rows = hierarchy.limits
+    value = rows.A @ brakes
+    over = float(np.maximum(rows.lower - value, value - rows.upper).max(initial=0.0))
     require(over <= _INSIDE, f"braking misses a row of '{name}' by {over:.3g}", q)
-    sides = hierarchy.box_lower - brakes, brakes - hierarchy.box_upper
-    over = float(np.max(sides))
+    over = float(np.maximum(hierarchy.box_lower - brakes, brakes - hierarchy.box_upper).max())
     require(over <= _INSIDE, f"braking misses a bound of '{name}' by {over:.3g}", q)
-    if not isinstance(bound, BoundLimit):
-        return
-    n, configuration = plan.robot.nv, Configuration(plan.robot, q)
+    configuration = Configuration(plan.robot, q)
     if isinstance(bound, RowPart):
-        rows = plan.hierarchy.limits
-        bound.fill(
-            configuration,
-            0.0,
-            type(rows)(*(part.copy() for part in (rows.A, rows.lower, rows.upper, rows.weight))),
-        )
+        m = len(rows.lower)
+        alone = LevelRows(np.zeros_like(rows.A), np.zeros(m), np.zeros(m), np.ones(m))
+        bound.prepare(alone)
+        bound.fill(configuration, 0.0, alone)
+        pairs = (alone.A, rows.A), (alone.lower, rows.lower), (alone.upper, rows.upper)
+        apart = max(_apart(*pair) for pair in pairs)
+        require(apart <= _INSIDE, f"compiled and Python rows of '{name}' differ by {apart:.3g}", q)
+    if isinstance(bound, BoundLimit):
+        _check_bounds(bound, plan, configuration, name)
+        _check_owners(bound, configuration, name, rng.uniform(0.0, 1.0, plan.robot.nv))
+
+
+def _apart(a: Array, b: Array) -> float:
+    """Return the largest difference, infinite where only one is finite."""
+    unequal = a != b
+    return float(np.abs(a[unequal] - b[unequal]).max(initial=0.0))
+
+
+def _check_bounds(bound: BoundLimit, plan: Plan, configuration: Configuration, name: str) -> None:
+    """Check that the limit alone gives the bounds and owners that the plan has."""
+    hierarchy, n = plan.hierarchy, plan.robot.nv
     alone = np.array([np.full(n, -np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n)])
     bound.narrow(configuration, alone, 1)
-    require(not np.isnan(alone).any(), f"a bound of '{name}' is NaN", q)
-    box = np.array([hierarchy.box_lower, hierarchy.box_upper, *hierarchy.owner])
-    unequal = alone != box
-    apart = float(np.abs(alone[unequal] - box[unequal]).max(initial=0.0))
-    require(apart <= _INSIDE, f"compiled and Python bounds of '{name}' differ by {apart:.3g}", q)
-    tight = rng.uniform(0.0, 1.0, n)
-    narrowed = np.array([-tight, tight, np.full(n, -1.0), np.full(n, -1.0)])
+    require(not np.isnan(alone).any(), f"a bound of '{name}' is NaN", configuration.q)
+    apart = _apart(alone, np.array([hierarchy.box_lower, hierarchy.box_upper, *hierarchy.owner]))
+    what = f"compiled and Python bounds of '{name}' differ by {apart:.3g}"
+    require(apart <= _INSIDE, what, configuration.q)
+
+
+def _check_owners(bound: BoundLimit, configuration: Configuration, name: str, tight: Array) -> None:
+    """Check that the limit only narrows |v| ≤ tight, and writes its owner there and nowhere else."""
+    none = np.full(tight.size, -1.0)
+    narrowed = np.array([-tight, tight, none, none])
     bound.narrow(configuration, narrowed, 1)
     wider = max(float((-tight - narrowed[0]).max()), float((narrowed[1] - tight).max()))
-    require(wider <= 0.0, f"'{name}' widens a bound that was tighter by {wider:.3g}", q)
+    what = f"'{name}' widens a bound that was tighter by {wider:.3g}"
+    require(wider <= 0.0, what, configuration.q)
     for side, before in ((0, -tight), (1, tight)):
         changed, owner = narrowed[side] != before, narrowed[side + 2]
         known = (owner >= 1.0) & (owner < 1.0 + len(bound.owners))
         wrong = np.flatnonzero(np.where(changed, ~known, owner != -1.0))
-        at = plan.robot.velocity_names[int(wrong[0])] if wrong.size else ""
-        require(not wrong.size, f"'{name}' does not write its owner where it narrows: see {at}", q)
+        where = configuration.robot.velocity_names[int(wrong[0])] if wrong.size else ""
+        what = f"'{name}' does not write its owner where it narrows, and only there: see {where}"
+        require(not wrong.size, what, configuration.q)
 
 
-def _extreme(plan: Plan, q: Array, rng: np.random.Generator) -> Array:
-    """Return the largest velocity that bounds and rows allow from braking on, in a random direction."""
+def _extreme(plan: Plan, q: Array, signs: Array) -> Array:
+    """Return the largest velocity that bounds and rows allow from braking on, towards a corner of the box."""
     hierarchy, brakes = plan.at(q, 0.0), plan.brakes()
-    n = hierarchy.n
-    signs = rng.choice([-1.0, 1.0], n)
     corner = np.where(signs > 0.0, hierarchy.box_upper, hierarchy.box_lower)
-    corner = np.clip(corner, -_FAST, _FAST)
+    corner = np.clip(corner, -_LONGEST / plan.dt, _LONGEST / plan.dt)
     limits = hierarchy.limits
     share, along = 1.0, limits.A @ (corner - brakes)
     value = limits.A @ brakes

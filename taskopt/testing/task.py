@@ -191,9 +191,8 @@ def _check_factors(task: Task, bound: BoundTask, robot: Robot) -> None:
     for name, factor in (("gain", 2.0), ("weight", 3.0)):
         if name not in declared:
             continue
-        scaled = {name: factor * np.asarray(vars(task)[name], dtype=np.float64)}
-        if np.ndim(scaled[name]) == 0:
-            scaled[name] = float(scaled[name])
+        numbers = factor * np.asarray(vars(task)[name], dtype=np.float64)
+        scaled = {name: numbers if numbers.ndim else float(numbers)}
         other = replace(task, **scaled).bind(robot, bound.name)  # type: ignore[type-var]
         apart = float(np.abs(vars(other)[name] - factor * vars(bound)[name]).max())
         largest = float(np.abs(vars(bound)[name]).max())

@@ -89,8 +89,8 @@ class BoundWall(BoundLimit):
     def narrow(self, configuration, bounds, owner):
         room = 0.5 - configuration.q[0]
         upper = max(room / self._dt, 0.0) * (1.5 if self._lie == "oversteps" else 1.0)
-        if self._lie == "no way out":
-            upper = room / self._dt - 0.1
+        if self._lie == "no way out" and room < 0.2:
+            upper = -0.1
         if self._lie == "nan":
             upper = np.nan
         if self._lie == "widens" or not upper >= bounds[1, 0]:
