@@ -45,11 +45,11 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
                                                      D Sect. 3, E Algorithm 2    lexls.level_multipliers
             in the first round: if goal violates a row outside W, add all such rows, start beside it   [f]
             α ← the first row outside W that blocks the way from x to goal
-                                                     E Algorithm 5               search._first_blocking [g]
+                                                     E Algorithm 5               search._first_blocking
             x ← x + α (goal − x)
-            if a row blocks: add it to W                                                               [h]
+            if a row blocks: add it to W                                                               [g]
             else: of the first level with a wrong sign, drop the worst row from W
-                                                     E Sect. 5, D Sect. 2        search._row_to_drop   [i]
+                                                     E Sect. 5, D Sect. 2        search._row_to_drop   [h]
                   if no sign is wrong: done; infeasible if a hard row keeps a residual
 
 A member of W may stay if its own residual, then its multiplier at each later level, is lexicographically
@@ -66,12 +66,10 @@ each stands the test in tests/resolver/active_set that fails without it:
     [d] perturbation     bounds that tie are moved apart by SEARCH_PERTURBATION (Charnes 1952)
     [e] true bounds      the perturbation is taken out of the answer
     [f] joint start      all rows that the guess violates join W at once; E adds them one by one
-    [g] steepest tie     of rows that block at the same place, the one approached fastest is added
-    [h] lock             a row that was dropped and blocks the next step at once stays until x moves; one
-                         that was dropped 20 times, for good; all are unlocked before the search ends
-    [i] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
-    [j] other bound      a two-sided row that is dropped beyond its other bound is held there
-    [k] second proof     an x whose multipliers prove nothing is proven by multipliers found for it
+    [g] lock             a row that was dropped and blocks the next step at once stays until x moves
+    [h] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
+    [i] other bound      a two-sided row that is dropped beyond its other bound is held there
+    [j] second proof     an x whose multipliers prove nothing is proven by multipliers found for it
 
 Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `fast_path`, `linalg`, `tick`,
 `resolver`.

@@ -54,89 +54,100 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
         Section 3.5, (3.50) and (3.54); the saddle-point system with a Schur complement is Golub and Van Loan
         (2013), "Matrix Computations", Sect. 4.4.
     """
-    n, levels = x.size, problem.offsets.size - 2
-    last = _last_level(problem)
-    first_soft = problem.offsets[levels] if last.found else problem.lower.size
-    chosen = np.empty(problem.lower.size, np.int64)
-    m = _choose_rows(problem, state, last.found, chosen)
+    n, levels, count = x.size, problem.offsets.size - 2, problem.lower.size
+    A, lower, upper, weight = problem.A, problem.lower, problem.upper, problem.weight
+    box_lower, box_upper = problem.box_lower, problem.box_upper
+    numbers, places = np.empty((4, n)), np.empty((3, n + count), np.int64)  # each allocation costs 0.1 µs
+    root, pull, uncovered, chosen = numbers[2], numbers[3], places[1], places[2]
+    last = LastLevel(numbers[0], numbers[1], places[0])
+    first_soft = problem.offsets[levels] if levels > 0 else count
+    joint_rows = _joint_rows(lower, upper, weight, problem.columns, first_soft, last)
+    if not joint_rows:
+        first_soft = count
+        copy_into(last.D, problem.norm)
+    m = _choose_rows(lower, upper, problem.columns, state, first_soft, chosen)
     if m < 0:
         return Verdict.REFUSED
-    root, uncovered, u, thin = np.empty(n), np.empty(n, np.int64), np.int64(0), 0.0
+    u, thin = np.int64(0), 0.0
     for j in range(n):
         thin = max(thin, FAST_PATH_COVERED * last.D[j])
     for j in range(n):
         free = state[j] == Side.FREE
         root[j] = 1.0 / np.sqrt(last.D[j]) if free and last.D[j] > thin else 0.0
-        x[j] = last.x0[j] if free else _held_at(problem, j, state[j])
+        x[j] = last.x0[j] if free else (box_upper[j] if state[j] == Side.UPPER else box_lower[j])
         if free and last.D[j] <= thin:
             uncovered[u] = j
             u += 1
     if u > m:
         return Verdict.REFUSED
-    work = np.empty((2 * m + 3 * u + 2, max(n, m)))  # one allocation costs as much as a dozen sums
+    work = np.empty((2 * m + 3 * u + 3, max(n, m)))
     saddle = SaddlePoint(
         chosen[:m], uncovered[:u], first_soft,
         work[:m], work[m : 2 * m + u], work[2 * m + u : 2 * (m + u)], work[2 * (m + u) : 2 * m + 3 * u],
     )  # fmt: skip
-    if not _factorise(problem, last, root, saddle):
+    if not _factorise(A, weight, last.D, root, saddle):
         return Verdict.REFUSED
-    scratch = Scratch(work[2 * m + 3 * u], work[2 * m + 3 * u + 1], np.empty(n))
-    balance = np.zeros(m)
+    scratch = Scratch(work[2 * m + 3 * u], work[2 * m + 3 * u + 1], pull)
+    balance = work[2 * m + 3 * u + 2]
+    for a in range(m):
+        balance[a] = 0.0
     for _ in range(PASSES):
-        _improve(problem, last, root, saddle, scratch, balance, x)
+        _residuals(A, lower, weight, saddle, balance, x, scratch.step)
+        _improve(last, root, saddle, scratch, balance, x)
     for k in range(levels + 1):
         for i in range(multipliers.shape[1]):
             multipliers[k, i] = 0.0
-    own = multipliers[levels - 1 if last.found else levels]
-    largest = _last_multipliers(problem, last, saddle, state, balance, x, own)
-    if last.found:
-        _norm_multipliers(problem, last.row, saddle, scratch, state, x, multipliers[levels])
-    return _judge(problem, state, x, own, FAST_PATH_SIGN * largest)
+    own = multipliers[levels - 1 if joint_rows else levels]
+    largest = _last_multipliers(A, last, saddle, state, balance, x, own)
+    if joint_rows:
+        _norm_multipliers(A, problem.norm, last.row, saddle, scratch, state, x, multipliers[levels])
+    verdict = _change_side(box_lower, box_upper, state, x, own, FAST_PATH_SIGN * largest)
+    if verdict == Verdict.ACCEPTED and not _keeps_rows(A, lower, upper, x):
+        verdict = Verdict.REFUSED
+    for j in range(n):
+        x[j] = min(max(x[j], box_lower[j]), box_upper[j])
+    return verdict
 
 
 @kernel
-def _last_level(problem: Rows) -> LastLevel:
-    """Collect the joint rows of the last level as a diagonal with targets; without any, take the norm."""
-    n, levels = problem.norm.size, problem.offsets.size - 2
-    D, x0, row, found = np.zeros(n), np.zeros(n), np.full(n, -1, np.int64), False
-    for i in range(problem.offsets[levels] if levels > 0 else problem.lower.size, problem.lower.size):
-        j = problem.columns[i]
-        if j >= 0 and problem.lower[i] == problem.upper[i]:
-            D[j] += problem.weight[i]
-            x0[j] += problem.weight[i] * problem.lower[i]
-            row[j] = i
+def _joint_rows(
+    lower: Array, upper: Array, weight: Array, columns: IntArray, first: int, last: LastLevel
+) -> bool:  # fmt: skip
+    """Collect the joint rows of the last level as a diagonal with targets; return False if there is none."""
+    found = False
+    for j in range(last.D.size):
+        last.D[j], last.x0[j], last.row[j] = 0.0, 0.0, -1
+    for i in range(first, lower.size):
+        j = columns[i]
+        if j >= 0 and lower[i] == upper[i]:
+            last.D[j] += weight[i]
+            last.x0[j] += weight[i] * lower[i]
+            last.row[j] = i
             found = True
-    if not found:
-        copy_into(D, problem.norm)
-    else:
-        for j in range(n):
-            if D[j] > 0.0:
-                x0[j] /= D[j]
-    return LastLevel(D, x0, row, found)
+    for j in range(last.D.size):
+        if last.D[j] > 0.0:
+            last.x0[j] /= last.D[j]
+    return found
 
 
 @kernel
-def _choose_rows(problem: Rows, state: StateArray, joint_rows: bool, chosen: IntArray) -> int:
+def _choose_rows(
+    lower: Array, upper: Array, columns: IntArray, state: StateArray, first_soft: int, chosen: IntArray
+) -> int:  # fmt: skip
     """List the equality rows that make up M and return their number; −1 if W holds an inequality row."""
-    n, last, m = problem.norm.size, problem.offsets[problem.offsets.size - 2], 0
-    for i in range(problem.lower.size):
-        if problem.lower[i] == problem.upper[i]:
-            if not (joint_rows and i >= last and problem.columns[i] >= 0):
+    n, m, refused = state.size - lower.size, 0, False
+    for i in range(lower.size):
+        if lower[i] == upper[i]:
+            if i < first_soft or columns[i] < 0:
                 chosen[m] = i
                 m += 1
-        elif state[n + i] != Side.FREE:
-            return -1
-    return m
+        else:
+            refused |= state[n + i] != Side.FREE
+    return -1 if refused else m
 
 
 @kernel
-def _held_at(problem: Rows, j: int, side: int) -> float:
-    """Return the bound that holds unknown j."""
-    return problem.box_upper[j] if side == Side.UPPER else problem.box_lower[j]
-
-
-@kernel
-def _factorise(problem: Rows, last: LastLevel, root: Array, saddle: SaddlePoint) -> bool:
+def _factorise(A: Array, weight: Array, D: Array, root: Array, saddle: SaddlePoint) -> bool:
     """Factorise K = S Sᵀ + 1/w with S = M_C D_C^-½, and the Schur complement G = M_Uᵀ K⁻¹ M_U + D_U.
 
     Returns False where one of the two is not well conditioned.
@@ -146,34 +157,41 @@ def _factorise(problem: Rows, last: LastLevel, root: Array, saddle: SaddlePoint)
     for a in range(m):
         i = saddle.rows[a]
         for j in range(n):
-            S[a, j] = problem.A[i, j] * root[j]
+            S[a, j] = A[i, j] * root[j]
         for b in range(u):
-            saddle.MU[b, a] = K[m + b, a] = problem.A[i, saddle.uncovered[b]]
+            saddle.MU[b, a] = K[m + b, a] = A[i, saddle.uncovered[b]]
     gram(S, m, n, K)
     for a in range(m):
         if saddle.rows[a] >= saddle.first_soft:
-            K[a, a] += 1.0 / problem.weight[saddle.rows[a]]
-    if not cholesky(K, m, m + u):
-        return False
-    gram(K[m:], u, m, G)
-    for b in range(u):
-        G[b, b] += last.D[saddle.uncovered[b]]
-    return cholesky(G, u, u)
+            K[a, a] += 1.0 / weight[saddle.rows[a]]
+    regular = cholesky(K, m, m + u)
+    if regular:
+        gram(K[m:], u, m, G)
+        for b in range(u):
+            G[b, b] += D[saddle.uncovered[b]]
+        regular = cholesky(G, u, u)
+    return regular
+
+
+@kernel
+def _residuals(
+    A: Array, lower: Array, weight: Array, saddle: SaddlePoint, balance: Array, x: Array, step: Array
+) -> None:  # fmt: skip
+    """Fill the residuals of the m rows at x and λ = `balance`."""
+    for a in range(saddle.rows.size):
+        i = saddle.rows[a]
+        step[a] = lower[i] - dot_row(A, i, x, x.size)
+        if i >= saddle.first_soft:
+            step[a] -= balance[a] / weight[i]
 
 
 @kernel
 def _improve(
-    problem: Rows, last: LastLevel, root: Array, saddle: SaddlePoint, scratch: Scratch, balance: Array, x:
-    Array
+    last: LastLevel, root: Array, saddle: SaddlePoint, scratch: Scratch, balance: Array, x: Array
 ) -> None:  # fmt: skip
     """Solve for the residuals that x and λ = `balance` leave, and add the correction to both."""
-    n, m, u = x.size, balance.size, saddle.uncovered.size
+    n, m, u = x.size, saddle.rows.size, saddle.uncovered.size
     step, move, pull = scratch.step, scratch.move, scratch.pull
-    for a in range(m):
-        i = saddle.rows[a]
-        step[a] = problem.lower[i] - dot_row(problem.A, i, x, n)
-        if i >= saddle.first_soft:
-            step[a] -= balance[a] / problem.weight[i]
     for b in range(u):
         j = saddle.uncovered[b]
         move[b] = last.D[j] * (last.x0[j] - x[j]) + dot_row(saddle.MU, b, balance, m)
@@ -204,36 +222,34 @@ def _solve(K: Array, G: Array, m: int, u: int, step: Array, move: Array) -> None
 
 @kernel
 def _last_multipliers(
-    problem: Rows, last: LastLevel, saddle: SaddlePoint, state: StateArray, balance: Array, x: Array, out:
-    Array
+    A: Array, last: LastLevel, saddle: SaddlePoint, state: StateArray, balance: Array, x: Array, out: Array
 ) -> float:  # fmt: skip
     """Fill the multipliers of rows and held columns at the level that comes last; return the largest term."""
-    n, m, largest = x.size, balance.size, 1.0
+    n, m, largest = x.size, saddle.rows.size, 1.0
     for a in range(m):
         if saddle.rows[a] < saddle.first_soft:
             out[n + saddle.rows[a]] = -balance[a]
     for j in range(n):
-        if state[j] == Side.FREE:
-            continue
-        out[j] = last.D[j] * (last.x0[j] - x[j])
-        largest = max(largest, abs(out[j]))
-        for a in range(m):
-            term = balance[a] * problem.A[saddle.rows[a], j]
-            out[j] += term
-            largest = max(largest, abs(term))
+        if state[j] != Side.FREE:
+            out[j] = last.D[j] * (last.x0[j] - x[j])
+            largest = max(largest, abs(out[j]))
+            for a in range(m):
+                term = balance[a] * A[saddle.rows[a], j]
+                out[j] += term
+                largest = max(largest, abs(term))
     return largest
 
 
 @kernel
 def _norm_multipliers(
-    problem: Rows, last_row: IntArray, saddle: SaddlePoint, scratch: Scratch, state: StateArray, x: Array,
-    out: Array
+    A: Array, norm: Array, last_row: IntArray, saddle: SaddlePoint, scratch: Scratch, state: StateArray,
+    x: Array, out: Array,
 ) -> None:  # fmt: skip
     """Balance the norm's gradient W x by rows: M for the uncovered columns, joint rows for the others."""
     n, m, u = x.size, saddle.rows.size, saddle.uncovered.size
     row, share, rest = scratch.step, scratch.move, scratch.pull
     for j in range(n):
-        rest[j] = -problem.norm[j] * x[j]
+        rest[j] = -norm[j] * x[j]
     if u > 0:
         for b in range(u):
             share[b] = rest[saddle.uncovered[b]]
@@ -246,7 +262,7 @@ def _norm_multipliers(
         backward(saddle.K, row, m)
         for a in range(m):
             out[n + saddle.rows[a]] = -row[a]
-            add_row(rest, row[a], problem.A, saddle.rows[a], n)
+            add_row(rest, row[a], A, saddle.rows[a], n)
     for j in range(n):
         if last_row[j] >= 0:
             out[n + last_row[j]] = rest[j]
@@ -255,29 +271,37 @@ def _norm_multipliers(
 
 
 @kernel
-def _judge(problem: Rows, state: StateArray, x: Array, multipliers: Array, sign: float) -> Verdict:
+def _change_side(
+    box_lower: Array, box_upper: Array, state: StateArray, x: Array, multipliers: Array, sign: float
+) -> Verdict:  # fmt: skip
     """Accept if no bound is crossed and no sign is wrong; else let the worst unknown change its side."""
-    n, worst, change, side = x.size, 0.0, -1, Side.FREE
-    for j in range(n):
-        lower, upper = problem.box_lower[j], problem.box_upper[j]
-        if not np.isfinite(x[j]) or lower > upper:
-            return Verdict.REFUSED
+    worst, change, side, refused = 0.0, -1, Side.FREE, False
+    for j in range(x.size):
+        lower, upper = box_lower[j], box_upper[j]
+        refused |= lower > upper or not np.isfinite(x[j])
         if state[j] != Side.FREE:
             if change < 0 and -state[j] * multipliers[j] > sign and lower < upper:
                 change, side = j, Side.FREE
-            continue
-        over = max(x[j] - upper, lower - x[j])
-        if over > max(worst, FAST_PATH_FEASIBLE * max(1.0, abs(x[j]))):
-            worst, change, side = over, j, Side.UPPER if x[j] > upper else Side.LOWER
-    if change >= 0:
+        else:
+            over = max(x[j] - upper, lower - x[j])
+            if over > max(worst, FAST_PATH_FEASIBLE * max(1.0, abs(x[j]))):
+                worst, change, side = over, j, Side.UPPER if x[j] > upper else Side.LOWER
+    verdict = Verdict.ACCEPTED
+    if refused:
+        verdict = Verdict.REFUSED
+    elif change >= 0:
         state[change] = side
-        return Verdict.AGAIN
-    for i in range(problem.lower.size):
-        if problem.lower[i] != problem.upper[i]:
-            value = dot_row(problem.A, i, x, n)
+        verdict = Verdict.AGAIN
+    return verdict
+
+
+@kernel
+def _keeps_rows(A: Array, lower: Array, upper: Array, x: Array) -> bool:
+    """Return True if x keeps every inequality row."""
+    kept = True
+    for i in range(lower.size):
+        if lower[i] != upper[i]:
+            value = dot_row(A, i, x, x.size)
             allowed = FAST_PATH_FEASIBLE * max(1.0, abs(value))
-            if value > problem.upper[i] + allowed or value < problem.lower[i] - allowed:
-                return Verdict.REFUSED
-    for j in range(n):
-        x[j] = min(max(x[j], problem.box_lower[j]), problem.box_upper[j])
-    return Verdict.ACCEPTED
+            kept &= lower[i] - allowed <= value <= upper[i] + allowed
+    return kept

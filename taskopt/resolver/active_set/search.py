@@ -49,11 +49,6 @@ from taskopt.resolver.active_set.workspace import (
     Solution,
 )
 
-MAX_DROPS = 20  # a row that left W more often is locked: a few returns are normal, so many are a cycle
-MAX_UNLOCKS = (
-    5  # how often the second search unlocks all rows; each time it has moved on, so a few are enough
-)
-
 
 @kernel_apart
 def search(
@@ -85,13 +80,11 @@ def search(
     here = Point(x, np.empty(rows.lower.size))
     correct_working_set(rows, state)
     outcome, rounds = _iterate(
-        rows, state, here, multipliers, np.bool_(True), min(first, limit), SEARCH_MOVED, np.int64(0)
+        rows, state, here, multipliers, np.bool_(True), min(first, limit), SEARCH_MOVED
     )
     if outcome != Outcome.SOLVED and rounds < limit:
         outcome, more = _second_search(rows, state, here, multipliers, rounds, limit - rounds)
         rounds += more
-    if outcome == Outcome.UNSURE:
-        outcome = Outcome.ITERATION_LIMIT
     _unscale(problem, state, x, multipliers)
     return outcome, rounds
 
@@ -151,18 +144,10 @@ def _second_search(
             state[j] = Side.FREE
     correct_working_set(rows, state)
     outcome, rounds = _iterate(
-        near,
-        state,
-        here,
-        multipliers,
-        np.bool_(not from_zero),
-        limit,
-        SEARCH_MOVED_PERTURBED,
-        np.int64(MAX_UNLOCKS),
+        near, state, here, multipliers, np.bool_(not from_zero), limit, SEARCH_MOVED_PERTURBED
     )
-    if outcome == Outcome.SOLVED or outcome == Outcome.UNSURE:
+    if outcome == Outcome.SOLVED:
         _resolve_true_bounds(rows, state, here, multipliers)
-        outcome = Outcome.SOLVED
     return outcome, rounds
 
 
@@ -189,7 +174,7 @@ def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multi
 @kernel_apart
 def _iterate(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool, limit: int,
-    moved: float, unlocks: int,
+    moved: float,
 ) -> tuple[Outcome, int]:  # fmt: skip
     """Add and drop rows of W until it is optimal: the loop of the search.
 
@@ -201,15 +186,13 @@ def _iterate(
         from_guess: start at the solution of W instead of at `here`.
         limit: factorisations that are allowed.
         moved: a step that moves no unknown by more, relative, is none.
-        unlocks: how often the rows that are locked may be unlocked again.
 
     Returns:
-        The `Outcome` and the number of factorisations. UNSURE where locked rows have the wrong sign after
-        all.
+        The `Outcome` and the number of factorisations.
     """
     n, count = here.x.size, here.value.size
     goal = Point(np.empty(n), np.empty(count))
-    locks = Locks(np.zeros(n + count, np.bool_), np.zeros(n + count, np.bool_), np.zeros(n + count, np.int64))
+    locks = Locks(np.zeros(n + count, np.bool_), np.zeros(n + count, np.bool_))
     for iteration in range(1, limit + 1):
         leaving = _solve(rows, state, locks.locked, goal.x, multipliers)
         row_values(rows.A, goal.x, goal.value)
@@ -223,9 +206,9 @@ def _iterate(
         if _moves(here.x, goal.x, alpha, moved):
             for j in range(n + count):
                 locks.dropped[j] = False
-                locks.locked[j] = locks.drops[j] > MAX_DROPS
+                locks.locked[j] = False
         if entering >= 0:
-            locks.locked[entering] = locks.dropped[entering] or locks.drops[entering] > MAX_DROPS
+            locks.locked[entering] = locks.dropped[entering]
             for j in range(n):
                 here.x[j] += alpha * (goal.x[j] - here.x[j])
             if entering < n:
@@ -236,18 +219,9 @@ def _iterate(
             state[entering] = side
             continue
         _move_to(here, goal)
-        if leaving < 0 and locks.locked.any():
-            for j in range(n + count):
-                locks.locked[j] = False
-                locks.drops[j] = 0
-            leaving = _solve(rows, state, locks.locked, goal.x, multipliers)
-            if leaving >= 0 and unlocks == 0:
-                return Outcome.UNSURE, iteration
-            unlocks -= 1
         if leaving < 0:
             return _verdict(rows, goal.value), iteration
         locks.dropped[leaving] = True
-        locks.drops[leaving] += 1
         state[leaving] = _side_after(rows, state[leaving], leaving - n, goal.value)
     return Outcome.ITERATION_LIMIT, limit
 
@@ -345,11 +319,11 @@ def _first_blocking(
 ) -> tuple[float, int, int]:  # fmt: skip
     """Find the largest step in [0, 1] towards the goal, the member that stops it (or −1), and its side.
 
-    Of those that stop it at the same place, the one that is approached fastest comes first. Source: Escande,
-    Mansard and Wieber (2014), Algorithm 5; their first-come rule for ties is replaced by the steepest.
+    Of those that stop it at the same place, the first one counts. Source: Escande, Mansard and Wieber (2014),
+    Algorithm 5.
     """
     n = here.x.size
-    alpha, entering, side, steepest = 1.0, -1, Side.FREE, 0.0
+    alpha, entering, side = 1.0, -1, Side.FREE
     for j in range(n + rows.lower.size):
         if state[j] != Side.FREE:
             continue
@@ -366,9 +340,8 @@ def _first_blocking(
             step, toward = max(0.0, (lower - now) / (then - now)), Side.LOWER
         else:
             continue
-        slope = abs(then - now)
-        if step < alpha or (step == alpha and slope > steepest) or entering < 0:
-            alpha, entering, side, steepest = step, j, toward, slope
+        if step < alpha or entering < 0:
+            alpha, entering, side = step, j, toward
     return alpha, entering, side
 
 

@@ -8,6 +8,9 @@ diagonal.
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from taskopt.arrays import Array, IntArray
 
 
@@ -46,9 +49,7 @@ class Outcome(IntEnum):
     """A row of the problem, or the answer, is not a number."""
     UNPROVEN = 4
     """The search ended, but the certificate does not prove its answer."""
-    UNSURE = 5
-    """Of a search: rows that were locked in W have the wrong sign after all."""
-    FAST_PATH_REFUSED = 6
+    FAST_PATH_REFUSED = 5
     """Of a tick without the search: the fast path did not accept; nothing was answered or remembered."""
 
 
@@ -142,12 +143,10 @@ class Locks(NamedTuple):
     Attributes:
         locked: (n + M,) True for members of W that may not be dropped at present.
         dropped: (n + M,) True for those that were dropped since x moved last.
-        drops: (n + M,) how often each was dropped.
     """
 
-    locked: Array
-    dropped: Array
-    drops: IntArray
+    locked: NDArray[np.bool_]
+    dropped: NDArray[np.bool_]
 
 
 class LastLevel(NamedTuple):
@@ -156,14 +155,12 @@ class LastLevel(NamedTuple):
     Attributes:
         D: (n,) weights; 0 where an unknown has none.
         x0: (n,) targets.
-        row: (n,) the joint row that an unknown's weight comes from, −1 for none or where D is the norm.
-        found: True where D comes from joint rows of the last level, False where it is the norm.
+        row: (≥ n,) the joint row that an unknown's weight comes from, −1 for none or where D is the norm.
     """
 
     D: Array
     x0: Array
     row: IntArray
-    found: bool
 
 
 class SaddlePoint(NamedTuple):
