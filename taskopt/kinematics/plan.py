@@ -181,6 +181,7 @@ def _row_chain(kernels: tuple[RowKernel, ...]) -> Callable[..., None]:
 
     @kernel
     def link(index, parameters, memory, state, rows):
+        """Call the own kernel, or hand on to the others."""
         if index == place:
             last(parameters, memory, state, rows)
         else:
@@ -197,6 +198,7 @@ def _box_chain(kernels: tuple[BoxKernel, ...]) -> Callable[..., None]:
 
     @kernel
     def link(index, parameters, memory, state, bounds, owner):
+        """Call the own kernel, or hand on to the others."""
         if index == place:
             last(parameters, memory, state, bounds, owner)
         else:

@@ -1,16 +1,19 @@
-"""The rows of a frame task, as one kernel: pose, error, its exact derivative, and the step.
+"""The rows of a frame task as one kernel: pose, error, its exact derivative, and the rate that is asked for.
 
-The spatial Jacobian J (6, nv) of Pinocchio has columns (v_j, ω_j), the velocity of the point of the
-body that passes the world's origin, and the angular velocity. With p and R the pose of the frame,
-the frame's own motion is w_j = (v_j + ω_j × p, ω_j), and every error below has ė = M (w_d − w) for a
-6×6 matrix M, so that A = M w and the feedforward is M w_d:
+The spatial Jacobian J (6, nv) of Pinocchio has columns (v_j, ω_j): the velocity of the point of the body that
+passes the origin of the world, and the angular velocity. With p and R the origin and rotation of the frame,
+its own motion is w_j = (v_j + ω_j × p, ω_j). Every error below has ė = M (w_d − w) for a 6×6 matrix M, so
+that A = M w and the feedforward is M w_d:
 
     OWN       e = log6(T⁻¹ T_d) = −log6(X), X = T_d⁻¹ T     M = Jlog6(X) diag(Rᵀ, Rᵀ)
     WORLD     e = [p_d − p; log3(E)], E = R_d Rᵀ            M = diag(I, Jlog3(E))
     POSITION  e = [Rᵀ(p_d − p); –]                          M = [[Rᵀ, −[e]× Rᵀ], [0, 0]]
 
-w_d is the rate of the target carried to where it acts: for OWN, its linear part at p instead of p_d;
-for WORLD, its angular part turned back by Eᵀ. OWN is Solà, Deray and Atchuthan (2018), eq. 79.
+w_d is the rate of the target, carried to where it acts: for OWN its linear part at p instead of p_d, for
+WORLD its angular part turned back by Eᵀ.
+
+Source:
+    OWN: Solà, Deray and Atchuthan (2018), eq. 79.
 """
 
 import numpy as np
@@ -23,8 +26,8 @@ from taskopt.kinematics.task.base import task_rate
 
 OWN, WORLD, POSITION = 0, 1, 2
 
-# Rows in the memory (rows, 6) of a task; poses take the first four columns of theirs. Views of rows and
-# columns cost a kernel nothing, where a reshape is a call.
+# Rows in the table (rows, 6) of a task; poses take the first four columns of theirs. Views of rows and
+# columns cost a kernel nothing.
 PLACEMENT, ACTUAL, TARGET = 0, 4, 8  # (4, 4): frame in its joint, frame and its target in the world
 TWIST, GAIN, ERROR = 12, 13, 14  # (6,); ERROR has the rows chosen, in front
 MOVING = 15  # (1): 1.0 where the twist is to be read, else the target stands still
@@ -79,6 +82,7 @@ def frame_rows(parameters, memory, state, rows):
 
 @kernel
 def _own(T, memory, error, M):
+    """Write error (6,) and matrix M (6, 6) of the mode OWN, for the pose T (4, 4)."""
     X = memory[_X : _X + 4, :4]
     jlog = memory[_JLOG : _JLOG + 6]
     relative_into(memory[TARGET : TARGET + 4, :4], T, X)
@@ -92,6 +96,7 @@ def _own(T, memory, error, M):
 
 @kernel
 def _world(T, memory, error, M):
+    """Write error (6,) and matrix M (6, 6) of the mode WORLD, for the pose T (4, 4)."""
     Td = memory[TARGET : TARGET + 4, :4]
     E = memory[_X : _X + 4, :4]
     for i in range(3):
@@ -107,6 +112,7 @@ def _world(T, memory, error, M):
 
 @kernel
 def _position(T, memory, error, M):
+    """Write error (6,) and matrix M (6, 6) of the mode POSITION, for the pose T (4, 4)."""
     Td = memory[TARGET : TARGET + 4, :4]
     dx, dy, dz = Td[0, 3] - T[0, 3], Td[1, 3] - T[1, 3], Td[2, 3] - T[2, 3]
     for i in range(3):
@@ -123,7 +129,7 @@ def _position(T, memory, error, M):
 
 @kernel
 def _acting(mode, T, memory):
-    """w_d: the twist of the target where it acts on the error."""
+    """Return w_d, the twist of the target where it acts on the error, six numbers."""
     vx, vy, vz = memory[TWIST, 0], memory[TWIST, 1], memory[TWIST, 2]
     wx, wy, wz = memory[TWIST, 3], memory[TWIST, 4], memory[TWIST, 5]
     if mode == OWN:
