@@ -1,6 +1,7 @@
 """Everything that a user needs is in `taskopt`, and a name that is not there is answered with advice."""
 
 import ast
+import pydoc
 import re
 import subprocess
 import sys
@@ -89,3 +90,10 @@ def test_an_error_inside_a_module_is_not_hidden(kind: str, tmp_path: Path) -> No
 def test_scenarios_need_no_deeper_import(file: Path) -> None:
     """Shipped scenarios import names from `taskopt` alone."""
     assert re.findall(r"^from taskopt\.\S+ import .*", file.read_text("utf-8"), flags=re.MULTILINE) == []
+
+
+def test_help_is_short() -> None:
+    """`help()` prints the names of array types, not the type parameters of NumPy."""
+    pages = {name: pydoc.render_doc(getattr(taskopt, name)) for name in dir(taskopt)}
+    assert "Array" in pages["Configuration"]
+    assert [name for name, page in pages.items() if "numpy.dtype[" in page or "_SupportsArray" in page] == []

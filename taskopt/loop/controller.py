@@ -48,6 +48,7 @@ class Controller:
         self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
         self._robot = robot
         self._loop = Loop(self.plan, self.resolver, policy)
+        self._tick = self._loop.tick
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Anchor the targets that begin at the posture, forget the last step, and compile everything.
@@ -84,4 +85,4 @@ class Controller:
             q = self._robot.checked_q(q)
         if v is not None:
             self.plan.moved(finite("v", v, (self._robot.nv,)))
-        return self._loop.tick(q, t)
+        return self._tick(q, t)

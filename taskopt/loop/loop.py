@@ -22,6 +22,7 @@ from taskopt.loop.one_call import OneCall, one_call
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
+_SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
 _WITHOUT_OPTIMUM = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
 _LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPPED_KEEPS_LIMITS}
 
@@ -61,7 +62,7 @@ class Loop:
         self._memory: Memory | None = None
         self._nanoseconds = 0, 0
         self._one_call: OneCall | None = None if timed else one_call(plan, resolver)
-        self._answer = self._one_call or self._in_two_calls
+        self._answer = self._in_two_calls if self._one_call is None else self._one_call.answer
         self._solved_is_proven = self._one_call is not None  # else SOLVED is the claim of some resolver
 
     @property
@@ -105,7 +106,7 @@ class Loop:
             NotSolved: There is no answer that may be sent to a robot.
         """
         resolution = self._answer(q, t)
-        if resolution.status is not Status.SOLVED or not self._solved_is_proven:
+        if resolution.status is not _SOLVED or not self._solved_is_proven:
             resolution = self._checked(resolution, t)
         if self._has_rate_limits:
             self.plan.moved(resolution.x)

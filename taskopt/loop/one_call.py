@@ -20,7 +20,8 @@ from taskopt.resolver.fallback import ActiveSetWithFallback, conclude
 from taskopt.resolver.tick_review import TickReview
 
 FLAWED = -1  # the rows or bounds of a tick hold NaN, or a bound that nothing can meet
-_SOLVED = int(Outcome.SOLVED)  # a plain integer: a comparison with a member of an Enum costs more
+# Looking a member up in its Enum on every tick would cost as much as a short call.
+_SOLVED, _CLAIMED = int(Outcome.SOLVED), Status.SOLVED
 
 
 Entry = Callable[..., tuple[int, int]]  # returns outcome and number of factorisations
@@ -32,7 +33,7 @@ class OneCall:
     Args:
         plan: A plan that is filled by compiled code alone, with a diagonal norm.
         search: The active-set method with its settings.
-        conclude: What is made of an answer that the search does not claim to be the optimum.
+        conclude: Checks an answer that the search does not claim to be the optimum, or replaces it.
     """
 
     def __init__(self, plan: Plan, search: ActiveSet, conclude: Callable[[Resolution], Resolution]) -> None:
@@ -44,7 +45,7 @@ class OneCall:
         self._with_search = _fill_and_tick(plan.fill, tick, fast, limit)
         self._entry = _fill_and_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
 
-    def __call__(self, q: Array, t: float) -> Resolution:
+    def answer(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time, without a check of the answer.
 
         Args:
@@ -62,10 +63,10 @@ class OneCall:
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
         code, rounds = self._entry(*self._arguments, state, answer)
         if code == _SOLVED:
-            return Resolution(plan.hierarchy, answer, state, Status.SOLVED, rounds, TickReview)
+            return Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
             self._entry = self._with_search
-            return self(q, t)
+            return self.answer(q, t)
         if code == FLAWED:
             plan.blame(t)
         resolution = packed(plan.hierarchy, answer, state, code, rounds)
@@ -80,9 +81,9 @@ class OneCall:
         """
         first = self._entry
         self._entry = self._with_search
-        self(q, t)
+        self.answer(q, t)
         self._entry = first
-        self(q, t)
+        self.answer(q, t)
         self._entry = first  # a refusal by the fast path has changed it
 
     def forget(self) -> None:
@@ -115,7 +116,7 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 
 @lru_cache(maxsize=256)
 def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
-    """Return the compiled function of a plan's tick, made of its fill function and of `tick` or `tick_fast`.
+    """Return the compiled tick of a plan: its fill function, then `tick` or `tick_fast`.
 
     The outcome is FLAWED where the rows are flawed.
     """
@@ -124,7 +125,7 @@ def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     def fill_and_tick(program, numbers, q, jacobians, placements, history, state, answer):
         """Fill the rows, then resolve them."""
         if fill(program, numbers, q, jacobians, placements):
-            return np.int64(FLAWED), np.int64(0)
+            return FLAWED, 0
         buffer, norm, offsets, columns = problem_in(program, numbers)
         settings = np.int64(fast), np.int64(limit)
         return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
