@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fcntl import LOCK_EX, flock
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -85,17 +86,19 @@ def worktree(commit: str) -> "Iterator[Path]":
         The folder of the checkout.
     """
     folder = cache_of(full_name(commit)) / "checkout"
-    shutil.rmtree(folder, ignore_errors=True)  # left over from a process that was killed
     git = ["git", "-C", str(ROOT), "worktree"]
-    subprocess.run([*git, "prune"], check=True)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    subprocess.run([*git, "add", "--quiet", "--detach", str(folder), commit], check=True)
-    try:
-        for path in folder.rglob("*.py"):
-            os.utime(path, (_STAMP, _STAMP))
-        yield folder
-    finally:
-        subprocess.run([*git, "remove", "--force", str(folder)], check=True)
+    with (folder.parent / "lock").open("w") as lock:
+        flock(lock, LOCK_EX)  # another benchmark may be using the place; wait for it
+        shutil.rmtree(folder, ignore_errors=True)  # left over from a process that was killed
+        subprocess.run([*git, "prune"], check=True)
+        subprocess.run([*git, "add", "--quiet", "--detach", str(folder), commit], check=True)
+        try:
+            for path in folder.rglob("*.py"):
+                os.utime(path, (_STAMP, _STAMP))
+            yield folder
+        finally:
+            subprocess.run([*git, "remove", "--force", str(folder)], check=True)
 
 
 def environment(folder: Path, cache: Path | None = None) -> dict[str, str]:
