@@ -14,7 +14,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.tolerances import LOST
 from taskopt.jit import kernel, kernel_apart
-from taskopt.resolver.active_set.workspace import Factor, LevelMultipliers, Side, Solution
+from taskopt.resolver.active_set.workspace import Count, Factor, LevelMultipliers, Side, Solution
 
 
 @kernel
@@ -93,7 +93,7 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
 
 
 @kernel
-def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop: int, rank: int) -> int:
+def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop: int, rank: Count) -> int:
     """Return the row of a level with the largest part right of column `rank`, or −1 if none is left."""
     best, pivot = 0.0, -1
     for a in range(first, stop):
@@ -107,7 +107,7 @@ def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop
 
 
 @kernel
-def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: int, rank: int) -> None:
+def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, rank: Count) -> None:
     """Apply to rows `top` to `count` the reflection that leaves row `top` nothing right of column `rank`."""
     f, norm = L.shape[1], 0.0
     for c in range(rank, f):

@@ -6,7 +6,7 @@ time; Golub and Van Loan (2013), "Matrix Computations", Sect. 4.2.
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.tolerances import FAST_PATH_PIVOT
 from taskopt.jit import kernel
 
@@ -143,7 +143,7 @@ def row_values(A: Array, x: Array, value: Array) -> None:
 
 
 @kernel
-def copy_into(target: Array, source: Array) -> None:
+def copy_into(target: Array | StateArray, source: Array | StateArray) -> None:
     """Copy `source` into `target`; assigning to a slice would take a second to compile."""
     for i in range(target.size):
         target[i] = source[i]

@@ -72,7 +72,7 @@ class ActiveSet:
         problem = hierarchy.buffer, hierarchy.norm.copy(), layout.offsets, layout.columns
         outcome, rounds = _run_tick(problem, self.settings, history, state, answer)
         kept = Memory(state, previous=history[PREVIOUS], alternates=bool(history[ALTERNATES, 0]))
-        return packed(hierarchy, answer, state, outcome, rounds), kept
+        return packed(hierarchy, answer, state, int(outcome), int(rounds)), kept
 
     @property
     def settings(self) -> tuple[int, int]:

@@ -39,6 +39,8 @@ from taskopt.resolver.active_set.start import (
     zero_is_feasible,
 )
 from taskopt.resolver.active_set.workspace import (
+    BoolArray,
+    Count,
     Factor,
     LevelMultipliers,
     Locks,
@@ -52,7 +54,7 @@ from taskopt.resolver.active_set.workspace import (
 
 @kernel_apart
 def search(
-    problem: Rows, state: StateArray, x: Array, multipliers: Array, first: int, limit: int
+    problem: Rows, state: StateArray, x: Array, multipliers: Array, first: Count, limit: int
 ) -> tuple[Outcome, int]:
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
@@ -173,8 +175,8 @@ def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multi
 
 @kernel_apart
 def _iterate(
-    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool, limit: int,
-    moved: float,
+    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool | np.bool_,
+    limit: Count, moved: float,
 ) -> tuple[Outcome, int]:  # fmt: skip
     """Add and drop rows of W until it is optimal: the loop of the search.
 
@@ -243,7 +245,7 @@ def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
 
 
 @kernel_apart
-def _solve(rows: ScaledRows, state: StateArray, locked: Array, x: Array, multipliers: Array) -> int:
+def _solve(rows: ScaledRows, state: StateArray, locked: BoolArray, x: Array, multipliers: Array) -> int:
     """Solve the hierarchy with the rows of W as equalities; return the row to drop from W, or −1."""
     n, count, levels = x.size, rows.lower.size, rows.offsets.size - 1
     target, held = np.empty(count), 0.0
@@ -267,7 +269,7 @@ def _solve(rows: ScaledRows, state: StateArray, locked: Array, x: Array, multipl
 
 @kernel_apart
 def _row_to_drop(
-    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: Array,
+    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: BoolArray,
     multipliers: Array,
 ) -> int:  # fmt: skip
     """Compute all multipliers; return the inequality with the worst sign at the first wrong level, or −1.

@@ -19,7 +19,7 @@ from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.fast_path import fast_path
 from taskopt.resolver.active_set.linalg import copy_into
 from taskopt.resolver.active_set.search import search
-from taskopt.resolver.active_set.workspace import Outcome, Side, Verdict
+from taskopt.resolver.active_set.workspace import Count, Outcome, Side, Verdict
 
 TRIES = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
 FIRST = 150  # factorisations that the guess is worth; a tick that needs more is better off with another start
@@ -43,7 +43,7 @@ def new_history(layout: Layout) -> StateArray:
 def tick_fast(
     buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, settings: tuple[int, int], history:
     StateArray, state: StateArray, answer: Array,
-) -> tuple[int, int]:  # fmt: skip
+) -> tuple[np.int64, Count]:  # fmt: skip
     """Resolve one tick by the fast path alone.
 
     The arguments are those of `tick`.
@@ -68,7 +68,7 @@ def tick_fast(
 def tick(
     buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, settings: tuple[int, int], history:
     StateArray, state: StateArray, answer: Array,
-) -> tuple[int, int]:  # fmt: skip
+) -> tuple[np.int64, Count]:  # fmt: skip
     """Resolve one tick: by the fast path if it accepts, else by the search; then compute the certificate.
 
     Args:
@@ -150,23 +150,26 @@ class LazyTick:
     """
 
     def __init__(self) -> None:
-        self._entry: Callable[..., tuple[int, int]] = tick_fast
+        self._entry: Callable[..., tuple[np.int64, Count]] = tick_fast
 
     def __call__(
-        self, problem: tuple[Array, Array, IntArray, IntArray], settings: tuple[int, int], *filled: Array
-    ) -> tuple[int, int]:
+        self, problem: tuple[Array, Array, IntArray, IntArray], settings: tuple[int, int],
+        history: StateArray, state: StateArray, answer: Array,
+    ) -> tuple[np.int64, Count]:  # fmt: skip
         """Resolve one tick.
 
         Args:
             problem: buffer, norm, offsets and columns.
             settings: as of `tick`.
-            *filled: history, state and answer.
+            history: as of `tick`.
+            state: as of `tick`.
+            answer: as of `tick`.
 
         Returns:
             The `Outcome` as a plain integer, and the number of factorisations.
         """
-        outcome, rounds = self._entry(*problem, settings, *filled)
+        outcome, rounds = self._entry(*problem, settings, history, state, answer)
         if outcome == Outcome.FAST_PATH_REFUSED:
             self._entry = tick
-            outcome, rounds = tick(*problem, settings, *filled)
+            outcome, rounds = tick(*problem, settings, history, state, answer)
         return outcome, rounds

@@ -13,6 +13,11 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray
 
+BoolArray = NDArray[np.bool_]
+Count = (
+    int | np.int64
+)  # counts are np.int64 in compiled code: a literal 0 would compile its callees once more
+
 
 class Side(IntEnum):
     """State of an unknown or a row in the working set W."""
@@ -145,8 +150,8 @@ class Locks(NamedTuple):
         dropped: (n + M,) True for those that were dropped since x moved last.
     """
 
-    locked: NDArray[np.bool_]
-    dropped: NDArray[np.bool_]
+    locked: BoolArray
+    dropped: BoolArray
 
 
 class LastLevel(NamedTuple):

@@ -108,6 +108,13 @@ def test_an_unknown_at_a_bound_is_exactly_there() -> None:
         np.testing.assert_array_equal(resolution.x[held], (memory.state[:n] * box)[held])
 
 
+def test_no_unknown_leaves_the_box_by_rounding() -> None:
+    """A bound within SEARCH_BOX of the optimum does not block the step, and is kept all the same."""
+    upper = 1.0 - 5e-13
+    hierarchy = Hierarchy([Level([[1.0]], [1.0])], box=([-1.0], [upper]))
+    assert ActiveSet(fast_path=False)(hierarchy)[0].x[0] <= upper
+
+
 def posture(
     target: list[float], lower: list[float], upper: list[float], limits: Level | None = None
 ) -> Hierarchy:
