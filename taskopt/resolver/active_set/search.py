@@ -55,7 +55,7 @@ from taskopt.resolver.active_set.workspace import (
 @kernel_apart
 def search(
     problem: Rows, state: StateArray, x: Array, multipliers: Array, first: Count, limit: int
-) -> tuple[Outcome, int]:
+) -> tuple[Outcome, Count]:
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
     The first search starts from the guess. Where it leads nowhere in `first` factorisations, a second one
@@ -136,7 +136,7 @@ def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> 
 @kernel_apart
 def _second_search(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: int, limit: int
-) -> tuple[Outcome, int]:
+) -> tuple[Outcome, Count]:
     """Search with perturbed bounds, from zero where that keeps the hard rows, else from the empty set."""
     near, from_zero = perturbed(rows, turn), zero_is_feasible(rows)
     if from_zero:
@@ -177,7 +177,7 @@ def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multi
 def _iterate(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool | np.bool_,
     limit: Count, moved: float,
-) -> tuple[Outcome, int]:  # fmt: skip
+) -> tuple[Outcome, Count]:  # fmt: skip
     """Add and drop rows of W until it is optimal: the loop of the search.
 
     Args:
