@@ -135,7 +135,7 @@ def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> 
 
 @kernel_apart
 def _second_search(
-    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: int, limit: int
+    rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: Count, limit: Count
 ) -> tuple[Outcome, Count]:
     """Search with perturbed bounds, from zero where that keeps the hard rows, else from the empty set."""
     near, from_zero = perturbed(rows, turn), zero_is_feasible(rows)

@@ -10,7 +10,7 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.tolerances import SEARCH_AGREE, SEARCH_BOX, SEARCH_FEASIBLE, SEARCH_PERTURBATION
 from taskopt.jit import kernel
 from taskopt.resolver.active_set.linalg import row_values
-from taskopt.resolver.active_set.workspace import Point, ScaledRows, Side
+from taskopt.resolver.active_set.workspace import Count, Point, ScaledRows, Side
 
 _GOLDEN_RATIO = 0.6180339887498949  # its multiples, modulo 1, are spread evenly and never repeat
 
@@ -143,7 +143,7 @@ def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
 
 
 @kernel
-def perturbed(rows: ScaledRows, turn: int) -> ScaledRows:
+def perturbed(rows: ScaledRows, turn: Count) -> ScaledRows:
     """Open each interval by a share of its own, so that no two bounds tie (Charnes 1952).
 
     Args:
@@ -165,6 +165,6 @@ def perturbed(rows: ScaledRows, turn: int) -> ScaledRows:
 
 
 @kernel
-def _share(i: int, turn: int) -> float:
+def _share(i: int, turn: Count) -> float:
     """Return the part of the perturbation that bound i gets, between once and twice SEARCH_PERTURBATION."""
     return SEARCH_PERTURBATION * (1.0 + ((i + 1) * (turn + 1) * _GOLDEN_RATIO) % 1.0)
