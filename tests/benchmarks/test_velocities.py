@@ -11,7 +11,7 @@ from velocities import SAMPLE, Outcome, everything, examine, examine_record, is_
 
 from taskopt.arrays import Array
 
-FINE = Outcome("W1x", 10, 1e-13, 1e-13, 0, 0, 1e-12, 10)
+FINE = Outcome("W1x", 10, 1e-13, 1e-13, 0, 0, 1e-12, 1e-12, 10)
 
 
 def sampled() -> dict[str, tuple[Array, Array, float]]:
@@ -44,7 +44,9 @@ def test_velocities_of_a_short_run_are_reproduced() -> None:
 
 
 @pytest.mark.parametrize(
-    "fault", [{"change": 1e-11}, {"unproven": 1}, {"apart": 1e-8}], ids=lambda fault: next(iter(fault))
+    "fault",
+    [{"change": 1e-11}, {"unproven": 1}, {"apart": 1e-8, "apart_in_rows": 1e-8}],
+    ids=lambda fault: next(iter(fault)),
 )
 def test_planted_faults_are_not_accepted(fault: dict[str, float]) -> None:
     """A changed velocity, a missing proof and a distance to the cascade each end the acceptance."""
