@@ -10,8 +10,8 @@ commit computes its velocity. It may differ by 10 times the largest change that 
 over the same ticks when every entry of q moves by one last bit, in 20 random sign patterns. In saturated
 cases every answer must be proven by its certificate besides, and be within 1e-9 of `hqp/daqp` on the same
 hierarchy wherever that answer is proven, too. Where the optimum is flat, as along a posture of weight 1e-6
-beside tasks of weight 1, two proven answers may lie farther apart; they must then agree to 1e-9 in the rows of
-the tasks, each times the root of its weight. A scenario with a conflict counts up to its first conflict.
+beside tasks of weight 1, two proven answers may lie farther apart; they must then agree to 1e-9 in the rows
+of the tasks, each times the root of its weight. A scenario with a conflict counts up to its first conflict.
 """
 
 import os
