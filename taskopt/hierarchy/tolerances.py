@@ -398,4 +398,11 @@ JACOBI_DONE = 1e-12
 """Largest such cosine in a sweep after which the method of Jacobi stops; it converges quadratically.
 
 Smaller: one sweep more than is needed. Larger: the singular values lose digits.
+
+# --- Records of a run: record -----------------------------------------------------------------------
+
+SHOWN_VIOLATION = 1e-9
+"""Excess over a limit [rad, m, rad/s, m/s] beyond which recordings and events show it as violated.
+
+Smaller: answers of iterative solvers flicker at their limits. Larger: small violations are not seen.
 """

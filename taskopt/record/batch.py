@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.review import Cause, LevelAccount
+from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER, SHOWN_VIOLATION
 from taskopt.loop.run import Step
 
 Mask = NDArray[np.bool_]
 Nanoseconds = NDArray[np.timedelta64]
-
-VIOLATED = 1e-9  # [rad/s, m/s]
-SIGNIFICANT_MULTIPLIER = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +257,7 @@ class Batch:
         """
         multipliers = np.array([step.resolution.multipliers for step in self.steps])
         size = np.abs(multipliers)
-        least = SIGNIFICANT_MULTIPLIER * np.maximum(1.0, size.max(axis=1, keepdims=True))
+        least = COUNTED_MULTIPLIER * np.maximum(1.0, size.max(axis=1, keepdims=True))
         first = np.argmax(size > least, axis=1)
         chosen = np.take_along_axis(multipliers, first[:, None, :], axis=1)[:, 0]
         return chosen[:, self._declared] * self.inequality
@@ -281,7 +279,9 @@ class Batch:
         box_upper = np.array([step.hierarchy.box_upper for step in self.steps])
         value = np.hstack([self.v, self._value])
         lower, upper = np.hstack([box_lower, self.lower]), np.hstack([box_upper, self.upper])
-        side = (value > upper + VIOLATED).astype(np.int8) - (value < lower - VIOLATED).astype(np.int8)
+        side = (value > upper + SHOWN_VIOLATION).astype(np.int8) - (value < lower - SHOWN_VIOLATION).astype(
+            np.int8
+        )
         side[:, self.layout.n + int(self.layout.offsets[1]) :] = 0  # a task need not be met
         return side
 

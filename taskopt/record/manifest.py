@@ -5,13 +5,16 @@ import json
 import os
 import platform
 import subprocess
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
+
+Json: TypeAlias = "Mapping[str, Json] | Sequence[Json] | str | int | float | bool | None"
 
 FILE = "manifest.json"
 PACKAGES = (
@@ -66,7 +69,7 @@ class ManifestSink:
         fresh.replace(self.path)
 
 
-def manifest(info: RunInfo) -> dict[str, Any]:
+def manifest(info: RunInfo) -> dict[str, Json]:
     """Collect everything that a reader needs to judge or repeat a run.
 
     Args:
@@ -112,7 +115,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-def machine() -> dict[str, Any]:
+def machine() -> dict[str, Json]:
     """Describe the machine that a run is timed on.
 
     Returns:
@@ -140,7 +143,7 @@ def _cpu() -> str:
     return names[0] if names else platform.processor()
 
 
-def _source(source: Path | None) -> dict[str, Any]:
+def _source(source: Path | None) -> dict[str, Json]:
     """Return file name, hash and text of a scenario; the text is kept to be read, never to be run."""
     if source is None or not source.is_file():
         return {}
@@ -157,6 +160,7 @@ def _commit(source: Path | None) -> str | None:
     folder = source.resolve().parent if source is not None else Path.cwd()
 
     def git(*words: str) -> str | None:
+        """Return the output of a git command; None if it fails or does not answer within 5 s."""
         try:
             done = subprocess.run(
                 ["git", *words], cwd=folder, capture_output=True, text=True, timeout=5, check=False

@@ -2,12 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 
 from taskopt.errors import BadLog, MissingFile
 from taskopt.record.manifest import FILE as MANIFEST
+from taskopt.record.manifest import Json
 from taskopt.record.table import FILE as TABLE
 
 LOGS = Path("logs")
@@ -59,7 +59,7 @@ def _is_cut_off(source: pa.NativeFile, start: int) -> bool:
     return reached >= source.size() and mark == _MESSAGE[: len(mark)]
 
 
-def read_manifest(folder: str | Path) -> dict[str, Any]:
+def read_manifest(folder: str | Path) -> dict[str, Json]:
     """Read the manifest of a log.
 
     Args:

@@ -141,6 +141,7 @@ def _active_timelines(info: RunInfo) -> View:
     """Lay out the active-set timeline, with a tab for each of several resolvers."""
 
     def view(resolver: str, name: str) -> View:
+        """Lay out the timeline of one resolver."""
         link = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
         return rrb.StateTimelineView(name=name, origin=data_path(resolver, "active"), time_view=link)
 

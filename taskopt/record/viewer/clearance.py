@@ -4,6 +4,7 @@ import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.palette import (
@@ -23,7 +24,6 @@ from taskopt.record.viewer.writer import RecordingWriter
 
 _PLOT_PERIOD = 0.01  # [s] between two points of a plot
 _DETAIL_PERIOD = 0.04  # [s] between two drawings of the nearest points
-_BELOW = 1e-9  # [m]
 _SHOWN = 3  # largest number of pairs of each limit that are drawn at a time
 _LEAST_WIDTH = 3.0  # of the line of the least distance [points]
 
@@ -135,7 +135,7 @@ class Clearance:
     def _paint(self, batch: Batch, limit: str, ticks: IntArray) -> Colours:
         """Return the colours of the pairs, (k, P): violated, held off by an active row, or merely near."""
         active = batch.state[:, batch.layout.n :][ticks, self._rows[limit]] != 0
-        below = batch.distance(limit)[ticks] < self._limits[limit].margin - _BELOW
+        below = batch.distance(limit)[ticks] < self._limits[limit].margin - SHOWN_VIOLATION
         return np.where(below, VIOLATED, np.where(active, UPPER, NEAR)).astype(np.uint32)
 
 

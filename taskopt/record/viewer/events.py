@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import rerun as rr
 
+from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
 from taskopt.record.batch import Batch, Mask
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.drawable_text import drawable
@@ -13,7 +14,6 @@ from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
 _MOST = 12  # largest number of events of one resolver in one batch; the others are only counted
-_OUTSIDE = 1e-9  # [rad, m, rad/s, m/s]
 _CAUSES = {  # limits are left out, since the active-set timeline shows them
     "rank": "a rank that may go either way keeps it apart from its closed form",
     "damping": "damping keeps it apart from its closed form",
@@ -70,11 +70,11 @@ class Watcher:
         """Return level and mask (k,) of each condition, by its text."""
         conditions: dict[str, tuple[str, Mask]] = {}
         for name, limit in self._info.plan.distance_limits.items():
-            too_near = batch.distance(name).min(axis=1) < limit.margin - _OUTSIDE
+            too_near = batch.distance(name).min(axis=1) < limit.margin - SHOWN_VIOLATION
             conditions[f"nearer than the margin of {name}"] = "WARN", too_near
-        outside = self._gauge.position_violation(batch) > _OUTSIDE
+        outside = self._gauge.position_violation(batch) > SHOWN_VIOLATION
         conditions["a joint is outside its position limits"] = "WARN", outside
-        too_fast = self._gauge.velocity_violation(batch) > _OUTSIDE
+        too_fast = self._gauge.velocity_violation(batch) > SHOWN_VIOLATION
         conditions["a joint is over its velocity limit"] = "WARN", too_fast
         if batch.claimed.any():
             unproven = batch.claimed & ~batch.certified

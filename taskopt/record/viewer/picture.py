@@ -42,7 +42,8 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
         MissingFile: If there is no recording.
         BadLog: If the recording has no steps.
         InvalidValue: If the time is negative, or the picture cannot be written.
-        NoGraphics: If there is neither a GPU nor a software renderer, or the viewer ends while it draws.
+        NoGraphics: If there is neither a GPU nor a software renderer, or the viewer ends or
+            does not answer while it draws.
     """
     if not recording.is_file():
         raise MissingFile(f"no recording at {recording}")
@@ -56,9 +57,9 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
             end = _loaded(viewer, recording)
             viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
             image = _final_screen(viewer)
-    except ConnectionError as error:
+    except (ConnectionError, TimeoutError) as error:
         raise NoGraphics(
-            f"the viewer ended while it drew {recording}; try again, or look with --at 0"
+            f"the viewer ended or did not answer while it drew {recording}; try again, or look with --at 0"
         ) from error
     try:
         picture.write_bytes(image)

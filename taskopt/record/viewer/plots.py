@@ -6,6 +6,7 @@ import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.tolerances import PROVEN
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -17,9 +18,8 @@ from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
 UNITS = ("m", "rad")  # of task errors, one plot each
-PROVEN_LOG10 = -8.0  # where the line of the largest residual that is a proof stands
 _OBJECTIVE_PERIOD = 0.01  # [s] between two points of the plot of an objective
-_LOG10_RANGE = (1e-17, 1e17)  # values outside are drawn at its ends, since 0 and inf have no place in a plot
+_DECADES = (-17.0, 17.0)  # ends of a plot of log10, at which 0 and inf are drawn
 _WIDTH = 1.5  # of a line [points]
 
 
@@ -79,7 +79,7 @@ class Plots:
         self._send_errors(writer, batch)
         self._send_objectives(writer, batch)
         ends = np.unique([0, len(batch.index) - 1])
-        for path, level in ((RANGE, [-1.0, 1.0]), (PROOF, [PROVEN_LOG10])):
+        for path, level in ((RANGE, [-1.0, 1.0]), (PROOF, [np.log10(PROVEN)])):
             lines = rr.Scalars.columns(scalars=np.tile(level, (len(ends), 1)))
             writer.send_columns(path, batch.index[ends], batch.time[ends], lines)
 
@@ -182,4 +182,4 @@ def _send_rows(writer: RecordingWriter, path: str, batch: Batch, rows: Array) ->
 
 def _log10(values: Array) -> Array:
     """Return log10 of values ≥ 0, cut to the range that is drawn."""
-    return np.log10(np.clip(values, *_LOG10_RANGE))
+    return np.log10(np.clip(values, 10.0 ** _DECADES[0], 10.0 ** _DECADES[1]))

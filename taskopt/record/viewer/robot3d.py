@@ -1,7 +1,7 @@
 """The shapes of a robot in the scene, and their motion."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import rerun as rr
@@ -14,9 +14,7 @@ from taskopt.record.viewer.palette import mesh_tint, packed_colour, shape_tint
 from taskopt.record.viewer.paths import escaped_part
 from taskopt.record.viewer.writer import RecordingWriter
 
-# pin.GeometryObject and the geometries of Coal: neither package ships stubs, nor is either imported here.
-GeometryObject = Any
-Geometry = Any
+Geometry = Any  # a class of Coal, which ships no stubs and is not imported here
 Drawn = rr.Asset3D | rr.Boxes3D | rr.Capsules3D | rr.Cylinders3D | rr.Ellipsoids3D | rr.Mesh3D
 Triangles = tuple[Array, IntArray, Array]
 
@@ -27,6 +25,40 @@ _MEDIA_TYPES = {
     ".glb": "model/gltf-binary",
     ".gltf": "model/gltf+json",
 }
+
+
+class Placement(Protocol):
+    """A pose as Pinocchio has it.
+
+    Attributes:
+        homogeneous: The matrix of the pose, (4, 4) [m].
+    """
+
+    homogeneous: Array
+
+
+class GeometryObject(Protocol):
+    """A shape as Pinocchio has it, which ships no stubs and is not imported here.
+
+    Attributes:
+        name: The name of the shape.
+        parentJoint: The number of the joint that carries it; 0 is the base.
+        placement: The pose of the shape on its joint.
+        geometry: The geometry of Coal.
+        meshPath: The file of the mesh, or the kind of a plain shape.
+        meshScale: The factors of the mesh along its axes, (3,).
+        meshColor: Red, green, blue and opacity, (4,), from 0 to 1.
+        overrideMaterial: True if the colour replaces those of the mesh file.
+    """
+
+    name: str
+    parentJoint: int  # noqa: N815 (Pinocchio's name)
+    placement: Placement
+    geometry: Geometry
+    meshPath: str  # noqa: N815 (Pinocchio's name)
+    meshScale: Array  # noqa: N815 (Pinocchio's name)
+    meshColor: Array  # noqa: N815 (Pinocchio's name)
+    overrideMaterial: bool  # noqa: N815 (Pinocchio's name)
 
 
 class RobotDrawing:
@@ -40,7 +72,7 @@ class RobotDrawing:
         """
         self._robot = robot
         self._configuration = Configuration(robot, robot.neutral)
-        self._shapes = list(robot.visual.geometryObjects)
+        self._shapes: list[GeometryObject] = list(robot.visual.geometryObjects)
         self._joints = sorted({int(shape.parentJoint) for shape in self._shapes} - {0})  # 0 never moves
         self._names = [escaped_part(name) for name in ("base", *robot.joints)]
         self._meshes: dict[str, Triangles] = {}

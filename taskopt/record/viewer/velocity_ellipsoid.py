@@ -45,7 +45,7 @@ class VelocityEllipsoid:
         self._frame, self._size = frame, size
         self._configuration = Configuration(info.scenario.robot, info.scenario.start)
         largest = float(self.at(info.scenario.start).half_axes.max())
-        self._scale = _LARGEST * size / max(largest, 1e-9)
+        self._scale = _LARGEST * size / largest if largest > 0.0 else 0.0  # 0: the frame never moves
 
     def at(self, q: Array) -> Ellipsoid:
         """Compute the ellipsoid at a configuration.

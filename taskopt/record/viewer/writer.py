@@ -12,13 +12,13 @@ import rerun.blueprint as rrb
 from taskopt.arrays import IntArray
 from taskopt.errors import InvalidValue
 from taskopt.record.batch import Nanoseconds
+from taskopt.record.manifest import Json
 
 TIME, TICK = "sim_time", "tick"
 _BACKLOG = 200  # largest number of sends that wait for a viewer; beyond it the viewer gets no more
 _GOODBYE = 2.0  # [s] of wall-clock time that a viewer has to take the rest when a run ends
 
 Send = Callable[[rr.RecordingStream], None]  # sends something on a stream
-Fact = str | int | float | list | dict | None
 
 
 class RecordingWriter:
@@ -76,7 +76,7 @@ class RecordingWriter:
         rows = list(columns)
         self._send(lambda stream: stream.send_columns(path, index, rows))
 
-    def set_properties(self, name: str, facts: Mapping[str, Fact]) -> None:
+    def set_properties(self, name: str, facts: Mapping[str, Json]) -> None:
         """Attach facts about the run that a program can read.
 
         Args:
