@@ -398,6 +398,7 @@ JACOBI_DONE = 1e-12
 """Largest such cosine in a sweep after which the method of Jacobi stops; it converges quadratically.
 
 Smaller: one sweep more than is needed. Larger: the singular values lose digits.
+"""
 
 # --- Records of a run: record -----------------------------------------------------------------------
 

@@ -1,8 +1,7 @@
 """The obstacles of a stack in the scene, under the names that rows, plots and events use."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 import rerun as rr
@@ -23,22 +22,11 @@ _THICKNESS = 0.002  # of the sheet that stands for a half-space, as a share of t
 _EXTENT = 0.75  # half of its width, as a share of the size of the scene
 
 
-@runtime_checkable
-class WithObstacles(Protocol):
-    """A limit or objective that measures distances to obstacles.
-
-    Attributes:
-        obstacles: The obstacles, in the order in which the rows name them.
-    """
-
-    obstacles: tuple[Shape, ...]
-
-
 def declared_obstacles(info: RunInfo) -> dict[str, Shape]:
     """Collect the obstacles of all limits and objectives of a stack, each once.
 
     The name of an obstacle is the one that the rows of the first limit or objective use which declares it:
-    `numbered` over the obstacles of that limit. Only where two limits give the same name to different
+    `obstacle_names` of that limit's obstacles. Only where two limits give the same name to different
     obstacles, the scene numbers them further.
 
     Args:
@@ -47,13 +35,11 @@ def declared_obstacles(info: RunInfo) -> dict[str, Shape]:
     Returns:
         The obstacles, by name.
     """
-    limits = [limit for limit in info.scenario.stack.limits if isinstance(limit, WithObstacles)]
-    terms = [term.objective for term in objective_terms(info)]
-    objectives = [objective for objective in terms if isinstance(objective, WithObstacles)]
+    owners = [*info.scenario.stack.limits, *(term.objective for term in objective_terms(info))]
     name_of: dict[Shape, str] = {}
-    for owner in (*limits, *objectives):
-        names = obstacle_names(owner.obstacles)
-        for name, shape in zip(names, owner.obstacles, strict=True):
+    for owner in owners:
+        shapes = owner.obstacles if isinstance(owner.obstacles, Sequence) else (owner.obstacles,)
+        for name, shape in zip(obstacle_names(shapes), shapes, strict=True):
             name_of.setdefault(shape, name)
     return dict(zip(numbered(name_of.values()), name_of, strict=True))
 

@@ -1,7 +1,5 @@
 """The regions of inequality tasks in the scene: boxes that stand still, and cones that move with a frame."""
 
-from typing import Protocol, runtime_checkable
-
 import numpy as np
 import rerun as rr
 
@@ -18,30 +16,6 @@ _LENGTH = 0.35  # of a cone, as a share of the size of the scene
 _RAYS = 24  # corners of the rim of a cone
 
 
-@runtime_checkable
-class WithBox(Protocol):
-    """A bound task that keeps the origin of a frame in a box.
-
-    Attributes:
-        box: The lower and the upper corner, (2, 3), in the world frame [m], ±inf for an open side; None for
-            a timed task around a task without a box.
-    """
-
-    box: Array | None
-
-
-@runtime_checkable
-class WithCone(Protocol):
-    """A bound task that keeps a line of sight in a cone.
-
-    Attributes:
-        cone: The frame, the unit axis in it, (3,), and the half angle [rad]; None for a timed task around a
-            task without a cone.
-    """
-
-    cone: tuple[str, Array, float] | None
-
-
 class Regions:
     """Draw the boxes and cones of the tasks of a run."""
 
@@ -55,12 +29,8 @@ class Regions:
         self._arrangement = arrangement
         self._configuration = Configuration(info.scenario.robot, info.scenario.start)
         tasks = info.plan.tasks
-        self._boxes = {
-            task.name: task.box for task in tasks if isinstance(task, WithBox) and task.box is not None
-        }
-        self._cones = {
-            task.name: task.cone for task in tasks if isinstance(task, WithCone) and task.cone is not None
-        }
+        self._boxes = {task.name: task.box for task in tasks if task.box is not None}
+        self._cones = {task.name: task.cone for task in tasks if task.cone is not None}
 
     def draw(self, writer: RecordingWriter, resolver: str) -> None:
         """Send the boxes and the shapes of the cones.
