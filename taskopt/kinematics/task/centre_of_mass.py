@@ -98,6 +98,7 @@ class BoundCentreOfMass(BoundTask):
         self.desired = self._table[_TARGET : _TARGET + 4, :4]
         self.actual = self._table[_ACTUAL : _ACTUAL + 4, :4]
         self.gain, self.error = self._table[_GAIN, :m], self._table[_ERROR, :m]
+        self._twist, self._moving = self._table[_TWIST], self._table[_MOVING]  # kept: a view costs 0.2 µs
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present centre of mass; see `RowPart.start`."""
@@ -107,8 +108,7 @@ class BoundCentreOfMass(BoundTask):
 
     def aim(self, t: float) -> None:
         """Write the target point at t [s], and its rate where it has one."""
-        pose, twist = self._table[_TARGET : _TARGET + 4, :4], self._table[_TWIST]
-        self._table[_MOVING, 0] = self._course(t, pose, twist)
+        self._moving[0] = self._course(t, self.desired, self._twist)
 
 
 # Rows of the table (rows, 6): two poses, then three numbers each; for each joint the mass of its body and the

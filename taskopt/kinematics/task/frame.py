@@ -221,6 +221,7 @@ class BoundFrame(BoundTask):
         self.desired = self._table[k.TARGET : k.TARGET + 4, :4]
         self.actual = self._table[k.ACTUAL : k.ACTUAL + 4, :4]
         self.error = self._table[k.ERROR, : len(self._rows)]
+        self._twist, self._moving = self._table[k.TWIST], self._table[k.MOVING]  # kept: a view costs 0.2 µs
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present pose of the frame; see `RowPart.start`."""
@@ -230,5 +231,4 @@ class BoundFrame(BoundTask):
 
     def aim(self, t: float) -> None:
         """Write the target pose at t [s], and its rate where it has one."""
-        pose, twist = self._table[k.TARGET : k.TARGET + 4, :4], self._table[k.TWIST]
-        self._table[k.MOVING, 0] = self._course(t, pose, twist)
+        self._moving[0] = self._course(t, self.desired, self._twist)
