@@ -63,7 +63,7 @@ def test_the_first_search_is_given_up_in_time(seed: int) -> None:
     solved(near_pairs, seed, guess=True)
 
 
-@pytest.mark.parametrize(("family", "seed"), [(saturated, 483), (near_pairs, 427)])
+@pytest.mark.parametrize(("family", "seed"), [(saturated, 483), (saturated, 5)])
 def test_the_perturbation_is_taken_out_again(family: Family, seed: int) -> None:
     """[e] With the perturbed bounds, the answer would be off by more than what the certificate allows."""
     solved(family, seed)
