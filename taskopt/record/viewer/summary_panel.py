@@ -91,7 +91,7 @@ class SummaryPanel:
 
 
 _HEADINGS = (
-    "resolver", "largest error [mm]", "over position [rad]", "over velocity [rad/s]",
+    "resolver", "max error [mm]", "over position [rad]", "over velocity [rad/s]",
     "limit active", "worst KKT", "proven", "solve p50 [µs]",
 )  # fmt: skip
 _GUIDE = """### How to read it
