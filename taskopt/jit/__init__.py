@@ -46,7 +46,7 @@ from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import Signature
 
 from taskopt.jit.content import Content, Reader
-from taskopt.jit.progress import Report
+from taskopt.jit.progress import Report, Stopwatch
 from taskopt.jit.store import Store, users_folder
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -65,6 +65,7 @@ _FAST = _Flags({"reassoc", "contract"})
 _OPTIONS = {"nopython": True, "boundscheck": None, "error_model": "numpy", "fastmath": _FAST}
 
 _report = Report()
+_preparing = Stopwatch()
 _store = Store(users_folder(str(vars(config)["CACHE_DIR"])))
 
 
@@ -72,13 +73,37 @@ def kernel(function: F) -> F:
     """Compile a function that is merged into the kernels that call it.
 
     A call with a dozen arrays costs as much as ten short rows, so this is the default.
+
+    Args:
+        function: A function that Numba can compile.
+
+    Returns:
+        The kernel, called as the function is; the function itself where compilation is disabled.
     """
     return _compiled(function, apart=False)
 
 
 def kernel_apart(function: F) -> F:
-    """Compile a function that stays a call; merging it would lengthen the compilation of its callers."""
+    """Compile a function that stays a call; merging it would lengthen the compilation of its callers.
+
+    Args:
+        function: A function that Numba can compile.
+
+    Returns:
+        The kernel, called as the function is; the function itself where compilation is disabled.
+    """
     return _compiled(function, apart=True)
+
+
+def nanoseconds_preparing() -> int:
+    """Return how long this process has been compiling kernels, or loading compiled ones.
+
+    Whoever times a call subtracts what this has grown by meanwhile: preparing a kernel is no part of its run.
+
+    Returns:
+        The time so far [ns].
+    """
+    return _preparing.nanoseconds
 
 
 def _compiled(function: F, *, apart: bool) -> F:
@@ -166,7 +191,7 @@ class Kernel(CPUDispatcher):
 
     def compile(self, sig: Types) -> object:
         """Compile or load the machine code for a signature; the outermost call reports it."""
-        with global_compiler_lock:
+        with global_compiler_lock, _preparing:
             outermost = not _report.running
             try:
                 return super().compile(sig)
@@ -175,7 +200,11 @@ class Kernel(CPUDispatcher):
                     _report.end()
 
     def add_overload(self, cres: CompileResult) -> None:
-        """Register machine code; that of an apart kernel is for callers a name, not code to merge."""
+        """Register machine code; that of an apart kernel is for callers a name, not code to merge.
+
+        Args:
+            cres: What the compiler made of one signature.
+        """
         super().add_overload(cres)
         if self.apart:
             self.targetctx.remove_user_function(cres.entry_point)

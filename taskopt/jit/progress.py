@@ -1,4 +1,4 @@
-"""Says on stderr what is being compiled: a bar on a terminal, else a line before and a line after."""
+"""Say on stderr what is being compiled, a bar on a terminal, else a line before and after; take the time."""
 
 import sys
 import time
@@ -68,6 +68,29 @@ class Report:
             _say(f"compiled in {time.monotonic() - self._began:.0f} s")
             self._began = None
         self._total = 0
+
+
+class Stopwatch:
+    """Adds up the time spent in `with` blocks; a block inside another one counts once.
+
+    Attributes:
+        nanoseconds: Time of all blocks that have ended [ns].
+    """
+
+    def __init__(self) -> None:
+        self.nanoseconds = 0
+        self._depth = 0
+        self._began = 0
+
+    def __enter__(self) -> None:
+        if self._depth == 0:
+            self._began = time.perf_counter_ns()
+        self._depth += 1
+
+    def __exit__(self, *_: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.nanoseconds += time.perf_counter_ns() - self._began
 
 
 def _start_bar(total: int) -> "tuple[Progress, TaskID]":
