@@ -407,3 +407,148 @@ SHOWN_VIOLATION = 1e-9
 
 Smaller: answers of iterative solvers flicker at their limits. Larger: small violations are not seen.
 """
+
+# --- Resolvers ----------------------------------------------------------------------------------------
+
+WEIGHT_SPREAD = 1e6
+"""Weight of the first level over the weight of the norm in a weighted problem (`wqp/<solver>`).
+
+Smaller: lower levels disturb higher ones more. Larger: rounding errors of the first level hide the last one,
+and no answer in double precision can be proven.
+"""
+
+IN_RANGE = 1e-9
+"""Distance of v from the range of J, relative to ‖v‖, up to which v counts as inside (`in_range`).
+
+Smaller: rounding errors in J move a reachable v outside. Larger: an arm at a singularity is said to follow
+velocities that it misses by that share.
+"""
+
+LEAST_ACCURACY = 1e-13
+"""Smallest relative accuracy of x that a resolver may be asked for.
+
+Smaller: no answer in double precision reaches it. Larger: users cannot ask for what double precision gives.
+"""
+
+SOLVER_SHARE = 1e-3
+"""Share of the accuracy wanted in x that a solver is given as its tolerance, at unit size.
+
+Solvers measure residuals in their own scaling and stop at the first that is small enough. Smaller: interior
+points cannot reach the tolerance and give up. Larger: raw answers miss the accuracy.
+"""
+
+WEIGHTED_SOLVER_SHARE = 1e-2
+"""The same for the weighted problem, whose program is not scaled to unit size.
+
+Its change of variables makes x large where R is nearly singular, and limits hold to 1e-9 all the same.
+Smaller: interior points give up more often. Larger: limits are broken by more than 1e-9.
+"""
+
+UNFINISHED_VIOLATION = 1e-7
+"""Violation of a hard limit, relative, above which an answer that a solver did not finish is no answer.
+
+Smaller: answers that stopped near their limit of iterations are thrown away. Larger: velocities outside the
+limits are sent to a robot.
+"""
+
+ACTIVE_MULTIPLIER = 1e-9
+"""Multiplier, relative to max(1, largest of its level), from which a row counts as active.
+
+Smaller: rows at which a solver left rounding errors are named as active. Larger: rows that do hold the answer
+back are not named.
+"""
+
+ACTIVE_VIOLATION = 1e-9
+"""Violation, relative to max(1, |A x|), from which a row counts as active although it has no multiplier.
+
+Smaller: rows that hold to the accuracy of the solver are named as active. Larger: inequalities that the
+levels before them forbid are not named.
+"""
+
+LEVEL_VIOLATION = 1e-9
+"""Violation, relative to the largest term of its row, from which a level's row is frozen in `hqp/<solver>`.
+
+Smaller: rows that are met to the accuracy of the solver are frozen and take freedom from lower levels.
+Larger: a violated row stays an inequality that cannot be met, and lower levels find no feasible point.
+"""
+
+LEVEL_MULTIPLIER = 1e-6
+"""Multiplier, relative to the largest of its level, from which a row at its bound is held for lower levels.
+
+Smaller: rows that a solver gave a wrong tiny multiplier are held and take freedom from lower levels. Larger:
+lower levels may leave a bound that a higher level needs, and make that level worse.
+"""
+
+REDUNDANT_ROW = 1e-9
+"""Share of its norm that a row keeps in the null space of the levels before, up to which it is redundant.
+
+Smaller: rows that are rounding errors enter the programs and freeze directions. Larger: rows that depend
+weakly on the levels before are not kept.
+"""
+
+THIN_DIRECTION = 1e-3
+"""Singular value, relative to the largest, below which a direction keeps the unit of that value (`hqp`).
+
+Smaller: in the unit 1/σ all rows look parallel to a solver. Larger: proximal steps along such directions get
+short, and more of them are needed.
+"""
+
+PROXIMAL_STEP = 1e-12
+"""Step of the proximal iteration, relative to its unknowns, at which it ends.
+
+Smaller: it ends at the limit of repeats only. Larger: directions that a level leaves open stop short.
+"""
+
+CVXPY_ROW_MET = 1e-9
+"""Residual of an equality, relative to its largest term, up to which the CVXPY model takes it for met.
+
+Smaller: levels that can be met are solved in least squares, whose condition is squared. Larger: levels that
+cannot be met are stated as constraints.
+"""
+
+CVXPY_VIOLATION = 1e-7
+"""Violation of an inequality, relative, from which the CVXPY model freezes it.
+
+It is larger than LEVEL_VIOLATION because least squares in x, not scaled, end less accurately. Smaller: rows
+that are met to the accuracy of the solver are frozen. Larger: violated rows stay inequalities.
+"""
+
+LIMITS_AGREE = 1e-9
+"""Gap of a hard limit at the optimum of phase one, relative to its row and bound, up to which limits agree.
+
+Smaller: limits that meet in one point, such as a box with lower = upper, are called contradictory. Larger:
+limits that contradict each other are said to agree.
+"""
+
+GAP_NOISE = 1e-7
+"""Gap of a hard limit relative to the largest gap, below which it is no member of the conflict.
+
+Smaller: rounding errors are named in the least relaxation. Larger: limits without which the others can hold
+are left out, and the relaxation does not suffice.
+"""
+
+RELAXATION_ROOM = 1e-6
+"""Room that relaxed limits get beside the least relaxation, relative to max(1, |bound|).
+
+Smaller: the feasible set is as thin as rounding errors, and solvers find no point in it. Larger: limits give
+way by more than they have to.
+"""
+
+BROKEN_LIMIT = 1e-9
+"""Violation of a hard limit by the brakes, in the unit of the limit, from which a note names it.
+
+Smaller: rounding errors are named. Larger: small violations are not reported.
+"""
+
+DOUBTFUL_KEPT = 1e-8
+"""Singular value, relative to its rows, below which a direction that was kept may be the cause of an error.
+
+Smaller: answers near a singularity blame the solver. Larger: errors of a solver are blamed on the rank.
+"""
+
+DOUBTFUL_LOST = 1e-13
+"""Singular value, relative to its rows, above which a direction that was given up may cause a difference.
+
+Smaller: rounding errors are taken for directions. Larger: a difference that comes from the rank blames the
+solver.
+"""

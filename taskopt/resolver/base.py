@@ -1,4 +1,4 @@
-"""What every resolver is: (hierarchy, memory) → (resolution, memory)."""
+"""The protocol of a resolver, (hierarchy, memory) -> (resolution, memory), and what all resolvers share."""
 
 from functools import partial
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -7,26 +7,33 @@ import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.certificate import certify, certify_kernel
+from taskopt.hierarchy.certificate import certify
+from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY
+from taskopt.hierarchy.tolerances import ACCURACY, ACTIVE_MULTIPLIER, ACTIVE_VIOLATION
+from taskopt.hierarchy.view import answer_of
 from taskopt.resolver.tick_review import TickReview
-
-_COUNTS = 1e-9  # a price or violation below it, relative, is solver accuracy
 
 
 class Memory(NamedTuple):
-    """What a resolver carries from one tick to the next: the final active set, (n + M,), -1, 0, +1.
+    """What a resolver carries from one tick to the next.
 
-    A plain value: it can be logged, and a tick that is resolved again from it comes out the same.
-    `ranks`: what each level decided, the hard rows first, for those who decide it with hysteresis.
-    `previous` is the active set of the tick before; `alternates`: the active set of tick k resembled that
-    of k − 2 more than that of k − 1, so that tick k + 1 is warm-started from `previous`.
+    It is a plain value, so that it can be logged, and a tick resolved again from its memory gives the same
+    answer.
+
+    Attributes:
+        state: (n + M,) final active set, unknowns first, then rows: −1 at the lower bound, +1 at the upper
+            one, 0 for inactive.
+        ranks: Rank that each level decided, the hard rows first; empty for resolvers that do not decide ranks
+            with hysteresis.
+        previous: (n + M,) active set of the tick before; None after the first tick.
+        alternates: True if the active set of tick k resembled that of k − 2 more than that of k − 1. The next
+            tick is then warm-started from `previous`.
     """
 
     state: StateArray
@@ -36,7 +43,18 @@ class Memory(NamedTuple):
 
 
 def checked(memory: Memory | None, layout: Layout) -> Memory | None:
-    """The memory, if it is one of a hierarchy of this layout; raise `InvalidValue` if it is not."""
+    """Return the memory if it fits a hierarchy of this layout.
+
+    Args:
+        memory: What a resolver returned, or what a log contains; None for a cold start.
+        layout: Layout of the hierarchy to be resolved.
+
+    Returns:
+        The same memory.
+
+    Raises:
+        InvalidValue: It is no `Memory`, or its active set or ranks belong to another layout.
+    """
     if memory is None:
         return None
     if not isinstance(memory, Memory):
@@ -52,7 +70,7 @@ def checked(memory: Memory | None, layout: Layout) -> Memory | None:
 
 
 def _is_state(state: object, width: int) -> bool:
-    """Whether it is an active set of `width` members; it may come from a log, in any integer type."""
+    """Return True for an active set of `width` members; it may come from a log, in any integer type."""
     if not isinstance(state, np.ndarray) or state.shape != (width,) or state.dtype.kind != "i":
         return False
     return not width or bool(state.min() >= -1 and state.max() <= 1)
@@ -60,20 +78,44 @@ def _is_state(state: object, width: int) -> bool:
 
 @runtime_checkable
 class Resolver(Protocol):
-    """Resolves one tick; `strict` says whether priorities are exact, so that answers may be compared."""
+    """Resolves one hierarchy after the other.
+
+    It must not change the hierarchy, and must not keep anything from one call to the next except in the
+    memory that it returns. The status of its answer is its claim; the certificate of the answer decides.
+    `taskopt.testing.check_resolver` tests these promises on any implementation.
+    """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the resolver, such as "hqp/daqp"; it stands in logs, tables and messages."""
+        ...
 
     @property
-    def strict(self) -> bool: ...
+    def strict(self) -> bool:
+        """True if priorities between levels are exact, so that answers of strict resolvers agree."""
+        ...
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        """The answer, and what the next tick should be told."""
+        """Resolve one hierarchy.
+
+        Args:
+            hierarchy: The problem of this tick.
+            memory: What the last call returned, for a warm start; None for a cold one.
+
+        Returns:
+            The answer, and the memory for the next call.
+        """
         ...
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """x (n,) of the closed form of the same problem; it knows no inequality and no limit."""
+        """Return x (n,) of the formula that solves the same problem without inequalities and limits.
+
+        Args:
+            hierarchy: The problem of this tick.
+
+        Returns:
+            The closed-form answer, which the answer of the resolver equals where no inequality is active.
+        """
         ...
 
 
@@ -87,28 +129,27 @@ def answered(
     accuracy: float = ACCURACY,
     levels: tuple[LevelAccount, ...] = (),
 ) -> tuple[Resolution, Memory]:
-    """Pack x (n,) and multipliers (levels + 1, n + M) with their certificate and a reviewer.
+    """Pack an answer with its certificate, a reviewer, and the memory for the next tick.
 
-    `accuracy`: what was asked for in x; `levels`: ranks and damping, where the resolver decided them.
+    Args:
+        hierarchy: The problem that is answered; its numbers are copied into the resolution.
+        x: (n,) the answer.
+        multipliers: (levels + 1, n + M) multipliers by level, unknowns first, then rows.
+        state: (n + M,) final active set, see `Memory`.
+        status: What the resolver claims; SOLVED becomes FAILED if x is not finite.
+        iterations: Iterations that were spent.
+        accuracy: Accuracy that was asked for in x, relative to its largest entry.
+        levels: Ranks and damping by level, where the resolver decided them.
+
+    Returns:
+        The resolution, and a memory with the active set and the ranks.
     """
     layout = hierarchy.layout
     answer = np.empty(layout.answer_size)
-    answer[: layout.n] = x
-    stop = layout.n + multipliers.size
-    answer[layout.n : stop] = multipliers.ravel()
-    end = layout.answer_size - layout.size
-    residuals = answer[stop:end].reshape(layout.level_count + 1, 4)
-    answer[end:] = hierarchy.buffer
-    certify_kernel(
-        hierarchy.buffer,
-        hierarchy.norm.ravel(),
-        layout.offsets,
-        layout.columns,
-        answer[: layout.n],
-        answer[layout.n : stop].reshape(layout.level_count + 1, -1),
-        residuals,
-    )
-    if not np.isfinite(answer[: layout.n]).all() and status is Status.SOLVED:
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    parts.x[:], parts.multipliers[:], parts.problem[:] = x, multipliers, hierarchy.buffer
+    parts.residuals[:] = certify(hierarchy, parts.x, parts.multipliers).residuals
+    if status is Status.SOLVED and not np.isfinite(parts.x).all():
         status = Status.FAILED
     reviewer = partial(TickReview, accuracy=accuracy, own=levels)
     memory = Memory(state, tuple(level.rank for level in levels))
@@ -116,30 +157,45 @@ def answered(
 
 
 def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
-    """A second hearing for x, the multipliers and certificate in `answer` replaced if it succeeds.
+    """Look for other multipliers that prove the x of an answer, and put them into it.
 
-    Where two rows agree but for rounding, the prices that an active set ends with may be the wrong ones
-    though x is right: then those decide that speak best for x.
+    Where two rows agree but for rounding, an active-set method can end with multipliers that do not prove x
+    although x is the optimum. `find_multipliers` finds those that fit x best.
+
+    Args:
+        hierarchy: The problem that is answered.
+        answer: Flat array of an answer (see `taskopt.hierarchy.view`). Its multipliers and its certificate
+            are overwritten if the new ones prove x.
+
+    Returns:
+        True if they do.
     """
-    n = hierarchy.n
-    y = find_multipliers(hierarchy, answer[:n])
-    certificate = certify(hierarchy, answer[:n], y)
+    layout = hierarchy.layout
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    y = find_multipliers(hierarchy, parts.x)
+    certificate = certify(hierarchy, parts.x, y)
     if certificate.proves():
-        stop = n + y.size
-        answer[n:stop], answer[stop : stop + 4 * len(y)] = y.ravel(), certificate.residuals.ravel()
+        parts.multipliers[:], parts.residuals[:] = y, certificate.residuals
     return certificate.proves()
 
 
-def final_state(hierarchy: Hierarchy, x: Array, y: Array, priced: float = _COUNTS) -> StateArray:
-    """(n + M,) -1 or +1 where an inequality is violated or has a price at any level, by its nearer bound.
+def final_state(hierarchy: Hierarchy, x: Array, y: Array, threshold: float = ACTIVE_MULTIPLIER) -> StateArray:
+    """Return the active set of an answer, from its multipliers and violations.
 
-    `priced`: the least price that counts, relative to max(1, the largest of its level).
+    A row is active if it has a multiplier at any level or if it is violated. Equalities are never active.
+
+    Args:
+        hierarchy: The problem that is answered.
+        x: (n,) the answer.
+        y: (levels + 1, n + M) its multipliers by level.
+        threshold: Least multiplier that counts, relative to max(1, largest of its level).
+
+    Returns:
+        (n + M,) −1 where the lower bound is active or nearer, +1 where the upper one is, 0 elsewhere.
     """
-    lower = np.concatenate([hierarchy.box_lower, hierarchy.lower])
-    upper = np.concatenate([hierarchy.box_upper, hierarchy.upper])
-    value = np.concatenate([x, hierarchy.A @ x])
+    value, (lower, upper) = hierarchy.values(x), hierarchy.bounds()
     largest = np.maximum(1.0, np.abs(y).max(axis=1, keepdims=True))
-    held = (np.abs(y) > priced * largest).any(axis=0)
-    outside = np.maximum(lower - value, value - upper) > _COUNTS * np.maximum(1.0, np.abs(value))
-    side = np.where(np.abs(value - lower) < np.abs(upper - value), -1, 1)
-    return np.where((held | outside) & (lower != upper), side, 0).astype(np.int8)
+    has_multiplier = (np.abs(y) > threshold * largest).any(axis=0)
+    violated = excess(value, lower, upper) > ACTIVE_VIOLATION * np.maximum(1.0, np.abs(value))
+    side = nearer_side(value, lower, upper)
+    return np.where((has_multiplier | violated) & (lower != upper), side, 0).astype(np.int8)

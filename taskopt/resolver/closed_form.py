@@ -1,12 +1,13 @@
-"""The formulas of Sect. 3.5 on arrays, each written as the equation it cites.
+"""The formulas of Sect. 3.5 on arrays, each with the number of its equation.
 
-Siciliano, Sciavicco, Villani and Oriolo (2009), "Robotics: Modelling, Planning and Control",
-Ch. 3; task priority after Siciliano and Slotine (1991), ICAR. J is (m, n), v (m,) [m/s, rad/s],
-W (n, n) or its diagonal (n,). None of them knows an inequality or a limit.
+The chapter is Siciliano, Sciavicco, Villani and Oriolo (2009), "Robotics: Modelling, Planning and Control",
+Ch. 3. Here J is a task Jacobian (m, n), v a task velocity (m,) [m/s, rad/s], q̇ joint velocities (n,)
+[rad/s, m/s], and W a symmetric positive definite (n, n) or its diagonal (n,). None of the formulas knows an
+inequality or a limit.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,14 +17,28 @@ from taskopt.hierarchy.damping import NONE, Damping
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import RULE, RankRule, equality_levels, inverse_root, root_of, row_scale
 from taskopt.hierarchy.review import LevelAccount
+from taskopt.hierarchy.tolerances import IN_RANGE, WEIGHT_SPREAD
 
-SPREAD = 1e6  # weight of the first level over that of the norm, where one cost stands for all levels
+LevelEqualities: TypeAlias = tuple[Array, Array, Array]
+"""Equality rows of one level: A (m, n), b (m,), and a weight > 0 for each row (m,)."""
 
 
 def square_inverse(J: Array, v: Array) -> Array:
-    """q̇ = J⁻¹ v (3.47), for a square J of full rank; (n,).
+    """Return q̇ = J⁻¹ v, for a square J of full rank.
 
-    Raises `InvalidValue` for any other J: the pseudo-inverse (3.52) or the damped one (3.59) take those.
+    Args:
+        J: (n, n) Jacobian.
+        v: (n,) task velocity [m/s, rad/s].
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Raises:
+        InvalidValue: J is not square or has lost rank. The pseudo-inverse (3.52) or the damped inverse (3.59)
+            can be used then.
+
+    Source:
+        (3.47).
     """
     if J.shape[0] != J.shape[1]:
         raise InvalidValue(f"J must be square, got {J.shape[0]}×{J.shape[1]}; take pseudo_inverse")
@@ -34,19 +49,40 @@ def square_inverse(J: Array, v: Array) -> Array:
 
 
 def pseudo_inverse(J: Array) -> Array:
-    """J† = Jᵀ (J Jᵀ)⁻¹ (3.52), by singular values, so that it is also right where rank is lost; (n, m).
+    """Return J† = Jᵀ (J Jᵀ)⁻¹, computed from singular values, so that it is right where rank is lost, too.
 
-    J† v (3.51) is the least ‖q̇‖ with J q̇ = v, or with J q̇ nearest to v where v is not in the range.
+    q̇ = J† v (3.51) has the least norm of all q̇ with J q̇ = v, or of those that bring J q̇ nearest to v where
+    v is not in the range of J.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+
+    Returns:
+        J† (n, m).
+
+    Source:
+        (3.52).
     """
     U, sigma, Vt = np.linalg.svd(J, full_matrices=False)
     r = _rank(sigma)
     return (Vt[:r].T / sigma[:r]) @ U[:, :r].T
 
 
-def in_range(J: Array, v: Array, tolerance: float = 1e-9) -> bool:
-    """Whether v ∈ R(J), so that the arm can move along it even at a singularity (Sect. 3.5.2).
+def in_range(J: Array, v: Array, tolerance: float = IN_RANGE) -> bool:
+    """Return True if v ∈ R(J), so that the arm can follow v even at a singularity.
 
-    ‖v − J J† v‖ ≤ `tolerance` ‖v‖, with the basis of R(J) that the rank rule leaves.
+    The test is ‖v − J J† v‖ ≤ tolerance · ‖v‖, with the basis of R(J) that the rank rule leaves.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+        v: (m,) task velocity [m/s, rad/s].
+        tolerance: Largest distance to the range, relative to ‖v‖.
+
+    Returns:
+        True for v = 0 and for every v that is a combination of columns of J to the tolerance.
+
+    Source:
+        Sect. 3.5.2.
     """
     U, sigma, _ = np.linalg.svd(J, full_matrices=False)
     basis = U[:, : _rank(sigma)]
@@ -54,122 +90,224 @@ def in_range(J: Array, v: Array, tolerance: float = 1e-9) -> bool:
 
 
 def weighted_pseudo_inverse(J: Array, W: Array) -> Array:
-    """W⁻¹ Jᵀ (J W⁻¹ Jᵀ)⁻¹ (3.50), as L⁻¹ (J L⁻¹)† with W = Lᵀ L; (n, m)."""
+    """Return W⁻¹ Jᵀ (J W⁻¹ Jᵀ)⁻¹, computed as L⁻¹ (J L⁻¹)† with W = Lᵀ L.
+
+    Multiplied by v it gives the q̇ with J q̇ = v and the least q̇ᵀ W q̇.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+        W: (n, n) symmetric positive definite, or its diagonal (n,).
+
+    Returns:
+        The weighted pseudo-inverse (n, m).
+
+    Source:
+        (3.50).
+    """
     inverse = inverse_root(W)
     return inverse @ pseudo_inverse(J @ inverse)
 
 
 def null_space_projector(J: Array) -> Array:
-    """P = I − J† J (3.54), from a basis of the null space, so that J P = 0 to rounding; (n, n)."""
+    """Return P = I − J† J, computed from a basis of the null space, so that J P = 0 to rounding.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+
+    Returns:
+        P (n, n), with P = Pᵀ = P².
+
+    Source:
+        The projector in (3.54).
+    """
     _, sigma, Vt = np.linalg.svd(J)
     basis = Vt[_rank(sigma) :]
     return basis.T @ basis
 
 
 def internal_motion(J: Array, v0: Array) -> Array:
-    """q̇ = P q̇₀, (3.54) with v = 0: it reconfigures the arm and leaves the hand where it is; (n,)."""
+    """Return q̇ = P q̇₀, which reconfigures the arm and leaves the hand where it is.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+        v0: (n,) any joint velocities q̇₀ [rad/s].
+
+    Returns:
+        q̇ (n,) [rad/s], with J q̇ = 0.
+
+    Source:
+        (3.54) with v = 0.
+    """
     return null_space_projector(J) @ v0
 
 
 def null_space_motion(J: Array, v: Array, v0: Array) -> Array:
-    """q̇ = J† v + (I − J† J) q̇₀ (3.54), which is (3.46) with q̇* = J† v and any q̇₀; (n,)."""
+    """Return q̇ = J† v + (I − J† J) q̇₀, which is the q̇ nearest to q̇₀ with J q̇ = v.
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+        v: (m,) task velocity [m/s, rad/s].
+        v0: (n,) joint velocities q̇₀ to come near to [rad/s].
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Source:
+        (3.54), which is (3.46) with q̇* = J† v.
+    """
     return pseudo_inverse(J) @ v + internal_motion(J, v0)
 
 
 def gradient_motion(J: Array, v: Array, gradient: Array, k0: float) -> Array:
-    """(3.54) with q̇₀ = k₀ (∂w/∂q)ᵀ (3.55): the task first, and up the slope of w with what is left; (n,).
+    """Return (3.54) with q̇₀ = k₀ (∂w/∂q)ᵀ: follow v, and climb w with the freedom that is left.
 
-    More k₀ climbs faster, and overshoots in one Euler step sooner.
+    Args:
+        J: (m, n) Jacobian of any rank.
+        v: (m,) task velocity [m/s, rad/s].
+        gradient: (n,) gradient ∂w/∂q of an objective.
+        k0: Step size k₀ > 0. More climbs faster and overshoots in one Euler step sooner.
+
+    Returns:
+        q̇ (n,) [rad/s].
+
+    Source:
+        (3.54) and (3.55).
     """
     return null_space_motion(J, v, k0 * gradient)
 
 
 def damped_inverse(J: Array, damping: float) -> Array:
-    """J* = Jᵀ (J Jᵀ + k² I)⁻¹ (3.59); more of k = `damping` > 0 is slower and smoother; (n, m)."""
+    """Return J* = Jᵀ (J Jᵀ + k² I)⁻¹, computed from singular values.
+
+    J* v minimises ‖v − J q̇‖² + k² ‖q̇‖².
+
+    Args:
+        J: (m, n) Jacobian of any rank.
+        damping: The factor k > 0. More is slower and smoother, and misses v by more.
+
+    Returns:
+        J* (n, m).
+
+    Source:
+        (3.59).
+    """
     U, sigma, Vt = np.linalg.svd(J, full_matrices=False)
     return (Vt.T * (sigma / (sigma**2 + damping**2))) @ U.T
 
 
 def task_priority(hierarchy: Hierarchy, damping: Damping = NONE) -> Array:
-    """x of `descend` on the equalities of a hierarchy, hard ones first; inequalities are passed over."""
+    """Return x of `descend` on the equalities of a hierarchy, the hard ones first.
+
+    Args:
+        hierarchy: Any hierarchy; its inequalities are ignored.
+        damping: Damping policy of the inverse at each level.
+
+    Returns:
+        x (n,), the closed-form answer of every resolver with strict priorities.
+    """
     return descend(equality_levels(hierarchy), hierarchy.norm, damping).x
 
 
 class Descent(NamedTuple):
-    """x (n,), and the rank and damping of every level that led to it."""
+    """The result of `descend`.
+
+    Attributes:
+        x: (n,) the answer.
+        levels: Rank and damping of each level.
+    """
 
     x: Array
     levels: tuple[LevelAccount, ...]
 
 
 def descend(
-    levels: Iterable[tuple[Array, Array, Array]],
+    levels: Iterable[LevelEqualities],
     W: Array,
     damping: Damping = NONE,
     rule: RankRule = RULE,
-    before: Sequence[int] = (),
+    previous_ranks: Sequence[int] = (),
 ) -> Descent:
-    """x_k = x_{k−1} + (J_k N_{k−1})† (v_k − J_k x_{k−1}), level by level (J, v, weight), any rank.
+    """Resolve levels of equalities one after the other, by the recursion of task priority.
 
-    Siciliano and Slotine (1991). N stands for an orthonormal basis of the true null space of all
-    levels before; with `damping` only the inverse becomes (3.59), never N. Weights act within a
-    level, W over the whole: what stays free has the least xᵀ W x. `before`: last tick's ranks.
+        x_k = x_{k−1} + N_{k−1} (J_k N_{k−1})† (v_k − J_k x_{k−1})
+
+    N_k is an orthonormal basis of the true null space of all levels up to k. With damping only the inverse
+    becomes (3.59), never N. Weights act within a level, W over the whole: what stays free has the least
+    xᵀ W x. The levels may have any rank.
+
+    Args:
+        levels: (J, v, weight) of each level, the highest priority first.
+        W: (n, n) symmetric positive definite, or its diagonal (n,).
+        damping: Gives k² for each singular value.
+        rule: Decides which singular values count.
+        previous_ranks: Ranks of the last tick, so that ranks change with hysteresis; empty for none.
+
+    Returns:
+        x (n,) with rank and damping of each level.
+
+    Source:
+        Siciliano and Slotine (1991), ICAR; two levels are (3.54).
     """
     inverse = inverse_root(W)
-    z, Z = np.zeros(len(inverse)), np.eye(len(inverse))
+    z, N = np.zeros(len(inverse)), np.eye(len(inverse))
     accounts = []
     for k, (A, b, weight) in enumerate(levels):
-        free = Z.shape[1]
+        free = N.shape[1]
         if not len(b):
             accounts.append(LevelAccount(k, 0, free, 0, np.inf, 0.0))
             continue
         root = np.sqrt(weight)
         J, v = (root[:, None] * A) @ inverse, root * b
-        U, sigma, Vt = np.linalg.svd(J @ Z)
-        account = rule.account(k, len(b), free, sigma, row_scale(J, root), before)
+        U, sigma, Vt = np.linalg.svd(J @ N)
+        account = rule.account(k, len(b), free, sigma, row_scale(J, root), previous_ranks)
         r = account.rank
-        wanted = v - J @ z
+        missing = v - J @ z
         squared = damping(sigma, v)[:r]
         s = sigma[:r]
-        z = z + Z @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ wanted)))
-        Z = Z @ Vt[r:].T
+        z = z + N @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ missing)))
+        N = N @ Vt[r:].T
         accounts.append(account._replace(damping=float(squared.max(initial=0.0))))
     return Descent(inverse @ z, tuple(accounts))
 
 
 def level_ratio(levels: int) -> float:
-    """Weight of a level over that of the level before: two levels 1e-3, three 1e-2; one counts as two.
+    """Return the weight of a level over the weight of the level before it, in a weighted problem.
 
-    Evenly spaced within `SPREAD`: beyond it, rounding in the first level hides the last one, and no
-    answer in double precision can be certified.
+    The weights are evenly spaced within `WEIGHT_SPREAD`: 1e-3 for two levels, 1e-2 for three. Beyond that
+    spread rounding errors of the first level hide the last one, and no answer in double precision can be
+    proven.
+
+    Args:
+        levels: Number of levels; one level counts as two, since the norm comes below it.
+
+    Returns:
+        A ratio in (0, 1).
     """
-    return SPREAD ** (-1.0 / max(levels, 2))
+    return WEIGHT_SPREAD ** (-1.0 / max(levels, 2))
 
 
 def weighted_least_squares(hierarchy: Hierarchy, ratio: float) -> Array:
-    """min Σ_k ratio^(k−L) ½ Σ w (A_k x − b_k)² + ½ xᵀ W x over L levels, k from 0; (n,).
+    """Minimise Σ_k ratio^(k−L) ½ Σ w (A_k x − b_k)² + ½ xᵀ W x over the L levels, counted from k = 0.
 
-    One orthogonal factorisation of all rows; hard equalities hold exactly; inequalities are passed over.
+    All rows are solved by one orthogonal factorisation; hard equalities hold exactly.
+
+    Args:
+        hierarchy: Any hierarchy; its inequalities are ignored.
+        ratio: Weight of a level over the weight of the level before it, see `level_ratio`.
+
+    Returns:
+        x (n,), the closed-form answer of the weighted problem.
     """
     n, levels = hierarchy.n, hierarchy.layout.level_count
-    fixed, *ranks = equality_levels(hierarchy)
-    rows = [np.sqrt(ratio ** (k - levels) * w)[:, None] * A for k, (A, _, w) in enumerate(ranks)]
-    sides = [np.sqrt(ratio ** (k - levels) * w) * b for k, (_, b, w) in enumerate(ranks)]
+    hard, *soft = equality_levels(hierarchy)
+    roots = [np.sqrt(ratio ** (k - levels) * weight) for k, (_, _, weight) in enumerate(soft)]
+    rows = [root[:, None] * A for root, (A, _, _) in zip(roots, soft, strict=True)]
+    sides = [root * b for root, (_, b, _) in zip(roots, soft, strict=True)]
     S = np.vstack([*rows, root_of(hierarchy.norm)])
     c = np.concatenate([*sides, np.zeros(n)])
-    return descend([fixed, (S, c, np.ones(len(c)))], np.ones(n)).x
-
-
-def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
-    """Raise `InvalidValue` where a level asks for a true inequality."""
-    first = int(hierarchy.layout.offsets[1])
-    unequal = np.flatnonzero(hierarchy.lower[first:] != hierarchy.upper[first:])
-    if unequal.size:
-        row = hierarchy.layout.row_names[first + int(unequal[0])]
-        raise InvalidValue(
-            f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set"
-        )
+    return descend([hard, (S, c, np.ones(len(c)))], np.ones(n)).x
 
 
 def _rank(sigma: Array) -> int:
+    """Return the number of singular values (falling) that count, relative to the largest."""
     return RULE.rank(sigma, float(sigma.max(initial=0.0)))

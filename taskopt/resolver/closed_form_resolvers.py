@@ -1,4 +1,4 @@
-"""`pinv` and `dls`: the chapter's formulas as resolvers. They know no limit, and claim nothing."""
+"""`pinv` and `dls`: the formulas of the chapter as resolvers. They know no limit, and claim no optimum."""
 
 from dataclasses import dataclass
 
@@ -13,16 +13,24 @@ from taskopt.hierarchy.rank import RULE, RankRule, equality_levels
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered, checked
-from taskopt.resolver.closed_form import descend, refuse_inequalities, task_priority
+from taskopt.resolver.closed_form import descend, task_priority
 
 
 @dataclass(frozen=True)
 class PseudoInverse:
-    """(3.54) for two levels, task priority of Siciliano and Slotine (1991) for any number.
+    """Resolve by task priority with the pseudo-inverse, for any number of levels.
 
-    With q̇₀ as second level the recursion is (3.54): (I N)† (q̇₀ − J† v) = N q̇₀. Limits are not
-    looked at; hard equalities are the first level. Its memory are the ranks, which `rule` decides.
-    Raises `InvalidValue` where a level holds a true inequality.
+    For two levels it is (3.54): with q̇₀ as second level, N (I N)† (q̇₀ − J† v) = N Nᵀ q̇₀. It promises the
+    lexicographic optimum of the equalities, the hard equalities before the first level. It does not look at
+    limits, and its status is always FORMULA. It refuses levels that hold inequalities.
+
+    Attributes:
+        rule: Decides ranks; the ranks are the memory of this resolver.
+        name: Name of the resolver.
+        strict: True: priorities between levels are exact.
+
+    Source:
+        Siciliano and Slotine (1991), ICAR; (3.54).
     """
 
     rule: RankRule = RULE
@@ -30,19 +38,40 @@ class PseudoInverse:
     strict: bool = True
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        return _formula(hierarchy, self.name, NONE, self.rule, memory)
+        """Resolve one hierarchy by formula.
+
+        Args:
+            hierarchy: The problem of this tick.
+            memory: What the last call returned; None for a cold start.
+
+        Returns:
+            The answer, and a memory that holds the ranks.
+
+        Raises:
+            InvalidValue: A level holds an inequality, or the memory belongs to another layout.
+        """
+        return _by_formula(hierarchy, self.name, NONE, self.rule, memory)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
+        """Return x (n,) of task priority on the equalities of the hierarchy; see `task_priority`."""
         return task_priority(hierarchy)
 
 
 @dataclass(frozen=True)
 class DampedLeastSquares:
-    """Task priority with the damped inverse (3.59) at each level, the projector undamped.
+    """Resolve by task priority with the damped inverse at each level and the projector undamped.
 
-    `damping`: the policy that gives k² (see `taskopt.hierarchy.damping`). Its twin is the undamped
-    formula, so that the distance to it is what damping costs. Raises `InvalidValue` where a level
-    holds a true inequality.
+    It promises velocities that stay bounded near a singularity, at the cost of the task. It does not look at
+    limits, and its status is always FORMULA. Its closed-form answer is that of `PseudoInverse`, so that the
+    distance between them is what damping costs. It refuses levels that hold inequalities.
+
+    Attributes:
+        damping: Policy that gives k² for each singular value, see `taskopt.hierarchy.damping`.
+        rule: Decides ranks; the ranks are the memory of this resolver.
+        strict: False: a damped level is not met exactly.
+
+    Source:
+        (3.59).
     """
 
     damping: Damping = CONSTANT
@@ -58,22 +87,48 @@ class DampedLeastSquares:
 
     @property
     def name(self) -> str:
+        """Name of the resolver: "dls" for constant damping, else "dls/" and the name of the policy."""
         constant = isinstance(self.damping, ConstantDamping)
         return "dls" if constant else f"dls/{self.damping.name}"
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
-        return _formula(hierarchy, self.name, self.damping, self.rule, memory)
+        """Resolve one hierarchy by formula.
+
+        Args:
+            hierarchy: The problem of this tick.
+            memory: What the last call returned; None for a cold start.
+
+        Returns:
+            The answer, and a memory that holds the ranks.
+
+        Raises:
+            InvalidValue: A level holds an inequality, or the memory belongs to another layout.
+        """
+        return _by_formula(hierarchy, self.name, self.damping, self.rule, memory)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
+        """Return x (n,) of task priority without damping; see `task_priority`."""
         return task_priority(hierarchy)
 
 
-def _formula(
+def _by_formula(
     hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
 ) -> tuple[Resolution, Memory]:
-    refuse_inequalities(hierarchy, name)
-    known = checked(memory, hierarchy.layout)
-    before = known.ranks if known else ()
-    x, levels = descend(equality_levels(hierarchy), hierarchy.norm, damping, rule, before)
-    state = np.zeros(hierarchy.n + hierarchy.layout.row_count, dtype=np.int8)
+    """Go down the levels, and pack x with the multipliers that fit it best."""
+    _refuse_inequalities(hierarchy, name)
+    memory = checked(memory, hierarchy.layout)
+    previous_ranks = memory.ranks if memory else ()
+    x, levels = descend(equality_levels(hierarchy), hierarchy.norm, damping, rule, previous_ranks)
+    state = np.zeros(hierarchy.layout.width, dtype=np.int8)
     return answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA, levels=levels)
+
+
+def _refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
+    """Raise `InvalidValue` if a level holds an inequality; the error names its row."""
+    first = int(hierarchy.layout.offsets[1])
+    unequal = np.flatnonzero(hierarchy.lower[first:] != hierarchy.upper[first:])
+    if unequal.size:
+        row = hierarchy.layout.row_names[first + int(unequal[0])]
+        raise InvalidValue(
+            f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set"
+        )

@@ -17,7 +17,7 @@ from taskopt.hierarchy.problem import Hierarchy, LevelRows
 from taskopt.hierarchy.rank import root_of
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import LOST
+from taskopt.hierarchy.tolerances import CVXPY_ROW_MET, CVXPY_VIOLATION, LEVEL_MULTIPLIER, LOST
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
@@ -27,10 +27,6 @@ from taskopt.solver.cvxpy import (
     least_norm_program,
     least_squares_program,
 )
-
-_MET = 1e-9  # relative to its largest term: a row that lacks less is met
-_VIOLATED = 1e-7  # an inequality that lacks more, in least squares, is given up
-_PRICED = 1e-6  # relative to the largest multiplier: a bound with one at a level holds for all levels below
 
 
 @dataclass(frozen=True)
@@ -103,8 +99,7 @@ class _Cascade:
         self.C, self.c = np.empty((0, self.n)), np.empty(0)
         self.G, self.h = np.empty((0, self.n)), np.empty(0)
         A = np.vstack([np.eye(self.n), hierarchy.limits.A])
-        lower = np.concatenate([hierarchy.box_lower, hierarchy.limits.lower])
-        upper = np.concatenate([hierarchy.box_upper, hierarchy.limits.upper])
+        lower, upper = hierarchy.bounds(len(hierarchy.limits.lower))
         fixed = lower == upper
         if not self._reachable(A[fixed], upper[fixed]):
             self.status = Status.INFEASIBLE
@@ -160,9 +155,9 @@ class _Cascade:
             self._stop(found.status)
             return
         self.x, self.least = found.x, False
-        holds = found.multipliers > _PRICED * max(1e-3, float(found.multipliers.max(initial=0.0)))
+        holds = found.multipliers > LEVEL_MULTIPLIER * max(1e-3, float(found.multipliers.max(initial=0.0)))
         value = S @ found.x
-        violated = value - t > _VIOLATED * np.maximum(1.0, np.abs(value))
+        violated = value - t > CVXPY_VIOLATION * np.maximum(1.0, np.abs(value))
         self.C, self.c = self._with(
             np.vstack([A, S[violated], self.G[holds]]),
             np.concatenate([A @ found.x, value[violated], self.h[holds]]),
@@ -206,4 +201,4 @@ class _Cascade:
 def _met(A: Array, b: Array, x: Array) -> bool:
     """Return True if A x = b to rounding, row by row."""
     scale = np.maximum(1.0, np.abs(A * x).max(axis=1, initial=0.0))
-    return bool((np.abs(A @ x - b) <= _MET * scale).all())
+    return bool((np.abs(A @ x - b) <= CVXPY_ROW_MET * scale).all())

@@ -20,19 +20,15 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import Infeasible, UnknownName
-from taskopt.hierarchy.certificate import RESIDUALS
+from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.tolerances import BROKEN_LIMIT, GAP_NOISE, LIMITS_AGREE, PROVEN, RELAXATION_ROOM
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory, Resolver, answered
 
-_AGREE = 1e-9  # relative to the row's norm and its bound: limits that miss each other by less agree
-_NONE = 1e-7  # of the largest gap: what is smaller is rounding
-_ROOM = 1e-6  # likewise: what relaxed limits get besides; no solver finds its way in a set thin as rounding
-_COUNTS = 1e-9  # [rad/s, m/s] a limit that is broken by less is kept
-PHASE_ONE_ITERATIONS = 5000  # factorisations; the rows of phase one are degenerate, so allow more than usual
+_PHASE_ONE_ITERATIONS = 5000  # factorisations; the rows of phase one are degenerate, so allow more than usual
 
 ConflictPolicy = Literal["raise", "relax", "brake"]
 """What to do when hard limits contradict each other.
@@ -126,8 +122,8 @@ def find_conflict(hierarchy: Hierarchy) -> Conflict | None:
 def relax(hierarchy: Hierarchy, conflict: Conflict) -> Hierarchy:
     """Return a copy of a hierarchy whose hard limits have given way by the least relaxation.
 
-    Each bound b moves outwards by its gap plus `_ROOM` · max(1, |b|). Without that extra room the feasible
-    set would be as thin as rounding errors, and no solver could find a point in it.
+    Each bound b moves outwards by its gap plus `RELAXATION_ROOM` · max(1, |b|). Without that extra room the
+    feasible set would be as thin as rounding errors, and no solver could find a point in it.
 
     Args:
         hierarchy: The hierarchy in which `conflict` was found.
@@ -141,12 +137,12 @@ def relax(hierarchy: Hierarchy, conflict: Conflict) -> Hierarchy:
     gaps = {(side.name, side.side): gap for side, gap in conflict.relaxation}
     for i in range(n + relaxed.limits.lower.size):
         for upper in (False, True):
-            gap = gaps.get((_limit_name(hierarchy, i, upper), "upper" if upper else "lower"), 0.0)
+            gap = gaps.get((hierarchy.name_of(i, upper), "upper" if upper else "lower"), 0.0)
             if gap > 0.0:
                 box = relaxed.box_upper if upper else relaxed.box_lower
                 rows = relaxed.upper if upper else relaxed.lower
                 bounds, at = (box, i) if i < n else (rows, i - n)
-                room = _ROOM * max(1.0, abs(bounds[at]))
+                room = RELAXATION_ROOM * max(1.0, abs(bounds[at]))
                 bounds[at] += gap + room if upper else -gap - room
     return relaxed
 
@@ -186,7 +182,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
         `no_answer` with the status INFEASIBLE in the case above; otherwise `answer` itself.
     """
     resolution = answer[0]
-    broken = float(resolution.certificate.residuals[:, RESIDUALS.index("primal")].max())
+    broken = resolution.certificate.broken_limit
     if not resolution.claimed or broken <= PROVEN or limits_agree(resolution.problem):
         return answer
     return no_answer(resolution.source, Status.INFEASIBLE, resolution.iterations)
@@ -260,21 +256,15 @@ def _braked(hierarchy: Hierarchy, brakes: Array, conflict: Conflict) -> Resoluti
 def _broken_limits(hierarchy: Hierarchy, v: Array) -> list[str]:
     """Return one sentence with name and amount for each hard limit that v (n,) breaks."""
     layout = hierarchy.layout
-    hard = layout.rows_of_level(0)
-    value = np.concatenate([v, hierarchy.A[hard] @ v])
-    above = value - np.concatenate([hierarchy.box_upper, hierarchy.upper[hard]])
-    below = np.concatenate([hierarchy.box_lower, hierarchy.lower[hard]]) - value
+    stop = layout.rows_of_level(0).stop
+    value, (lower, upper) = hierarchy.values(v, stop), hierarchy.bounds(stop)
+    gap = excess(value, lower, upper)
     sentences = []
-    for i in np.flatnonzero(np.maximum(above, below) > _COUNTS):
-        name = _limit_name(hierarchy, int(i), bool(above[i] >= below[i]))
-        gap = _with_unit(max(above[i], below[i]), 3, layout.unit(int(i)))
-        sentences.append(f"The brakes break {name} by {gap}.")
+    for i in np.flatnonzero(gap > BROKEN_LIMIT):
+        name = hierarchy.name_of(int(i), bool(value[i] > upper[i]))
+        amount = _with_unit(gap[i], 3, layout.unit(int(i)))
+        sentences.append(f"The brakes break {name} by {amount}.")
     return sentences
-
-
-def _limit_name(hierarchy: Hierarchy, i: int, upper: bool) -> str:
-    """Return the name of the bound on unknown i < n, or of the hard row i − n."""
-    return hierarchy.name_of(i, upper)
 
 
 def _with_unit(value: float, digits: int, unit: str) -> str:
@@ -286,14 +276,13 @@ def _one_sided_limits(hierarchy: Hierarchy) -> tuple[list[Side], Array, Array]:
     """Return every finite hard bound as a · x ≤ b: its description, the rows a (p, n), and b (p,)."""
     n, hard = hierarchy.n, hierarchy.limits
     rows = np.vstack([np.eye(n), hard.A])
-    lower = np.concatenate([hierarchy.box_lower, hard.lower])
-    upper = np.concatenate([hierarchy.box_upper, hard.upper])
+    lower, upper = hierarchy.bounds(len(hard.lower))
     sides: list[Side] = []
     a, b = [], []
     for i, row in enumerate(rows):
         for sign, value in ((-1.0, lower[i]), (1.0, upper[i])):
             if np.isfinite(value):
-                name, side = _limit_name(hierarchy, i, sign > 0), "upper" if sign > 0 else "lower"
+                name, side = hierarchy.name_of(i, sign > 0), "upper" if sign > 0 else "lower"
                 sides.append(Side(name, side, float(value), hierarchy.layout.unit(i)))
                 a.append(sign * row)
                 b.append(sign * value)
@@ -310,10 +299,10 @@ def _gaps(A: Array, bound: Array, chosen: IntArray) -> Array:
     if chosen.size:
         rows, upper = A[chosen], bound[chosen]
         phase_one = Hierarchy([Level(rows, upper=upper)])
-        x = ActiveSet(iterations=PHASE_ONE_ITERATIONS)(phase_one)[0].x
+        x = ActiveSet(iterations=_PHASE_ONE_ITERATIONS)(phase_one)[0].x
         over = np.maximum(rows @ x - upper, 0.0)
         size = np.linalg.norm(rows, axis=1)
         size[size == 0.0] = 1.0
-        if (over > _AGREE * np.maximum(size, np.abs(upper))).any():
-            gap[chosen] = np.where(over > _NONE * over.max(), over, 0.0)
+        if (over > LIMITS_AGREE * np.maximum(size, np.abs(upper))).any():
+            gap[chosen] = np.where(over > GAP_NOISE * over.max(), over, 0.0)
     return gap

@@ -1,9 +1,12 @@
 """One level of a hierarchy as a quadratic program in the null space of the levels before.
 
-State between levels: ξ (the answer so far), an orthonormal Z (n, p) of directions that are still
-free, and the inequality rows that still bind them. Unknowns are ξ = L x with W = Lᵀ L, so that the
-norm is ½ ξᵀξ and every program has a unit Hessian. Kanoun, Lamiraux and Wieber (2011), Sect. III;
-Escande, Mansard and Wieber (2014), Sect. 2.
+The unknowns of the whole cascade are ξ = L x with W = Lᵀ L, so that the norm is ½ ξᵀ ξ. A level is solved for
+z, with ξ + Z z, where ξ is the answer of the levels before and the columns of Z (n, p) are an orthonormal
+basis of the directions that they left free. Its equality rows M z = d are decomposed into M = U Σ Vᵀ. Then
+y₁ = Σ V₁ᵀ z is decided by them and y₂ = V₂ᵀ z is not.
+
+Source: Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4), Sect. III; Escande, Mansard and Wieber
+(2014), Int. J. Robotics Research 33(7), Sect. 2.
 """
 
 from collections.abc import Callable
@@ -11,87 +14,135 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.solver_accuracy import Solve
+from taskopt.hierarchy.tolerances import LEVEL_VIOLATION, PROXIMAL_STEP, REDUNDANT_ROW, THIN_DIRECTION
+from taskopt.resolver.solver_accuracy import SolveProgram
 
-VIOLATED = 1e-9  # relative to the row: more is a violation to be frozen, less is solver accuracy
-_DEAD = 1e-9  # a row that keeps less of itself in the null space moves nothing
-_PROXIMAL = (1e-4, 1e-2, 1.0)  # pull of directions that a level leaves open to where they were; in turn
-_REPEATS = 20
-_EASED = 0.7  # of the pull is left from step to step, so that steps grow where there is far to go
-_THIN = 1e-3  # smallest σ, relative, in whose units z is measured: below it rows look parallel to a solver
-_STILL = 1e-12  # a proximal step below it, relative, ends the repeats
-PRICED = 1e-6  # multiplier relative to the largest: a row above it holds for all later levels
+_PULLS = (1e-4, 1e-2, 1.0)  # weights of the proximal term; a stronger one is tried where a solver fails
+_REPEATS = 20  # proximal steps at most
+_EASED = 0.7  # share of the pull that is left from step to step, so that steps grow where there is far to go
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
-    """lower ≤ G ξ ≤ upper, `index` naming each row in (box, rows of the hierarchy)."""
+class RowSet:
+    """Rows lower ≤ G ξ ≤ upper.
+
+    Attributes:
+        G: (m, n) rows on ξ, or (m, p) rows on z.
+        lower: (m,) lower bounds.
+        upper: (m,) upper bounds.
+        index: (m,) position of each row among the unknowns and rows of the hierarchy, n + M of them.
+    """
 
     G: Array
     lower: Array
     upper: Array
-    index: np.ndarray
+    index: IntArray
 
-    def kept(self, which: np.ndarray) -> "Rows":
-        return Rows(self.G[which], self.lower[which], self.upper[which], self.index[which])
+    def selected(self, which: np.ndarray) -> "RowSet":
+        """Return the rows for which the mask `which` (m,) is True."""
+        return RowSet(self.G[which], self.lower[which], self.upper[which], self.index[which])
 
-    def joined(self, other: "Rows") -> "Rows":
-        return Rows(
+    def joined(self, other: "RowSet") -> "RowSet":
+        """Return these rows followed by those of `other`."""
+        return RowSet(
             np.vstack([self.G, other.G]),
             np.concatenate([self.lower, other.lower]),
             np.concatenate([self.upper, other.upper]),
             np.concatenate([self.index, other.index]),
         )
 
-    def contain(self, xi: Array, tolerance: float = VIOLATED) -> bool:
-        """Whether ξ is inside all of them."""
+    def contain(self, xi: Array, tolerance: float = LEVEL_VIOLATION) -> bool:
+        """Return True if ξ keeps all rows to a tolerance relative to max(1, |G ξ|)."""
         value = self.G @ xi
-        gap = np.maximum(self.lower - value, value - self.upper)
+        gap = excess(value, self.lower, self.upper)
         return bool((gap <= tolerance * np.maximum(1.0, np.abs(value))).all())
 
-    def seen_from(self, xi: Array, Z: Array, feasible: bool) -> "Rows":
-        """The same rows on z with ξ + Z z; dead ones dropped, and z = 0 inside if it is known to be."""
+    def seen_from(self, xi: Array, Z: Array, feasible: bool) -> "RowSet":
+        """Return the same rows on z, where ξ + Z z is substituted for ξ.
+
+        Args:
+            xi: (n,) the answer so far.
+            Z: (n, p) basis of the free directions.
+            feasible: Whether ξ is known to keep the rows. Bounds that it breaks by rounding errors are then
+                moved to z = 0, so that the program has a feasible point for certain.
+
+        Returns:
+            Rows on z, without the rows that keep nothing of themselves in the null space.
+        """
         projected = self.G @ Z
-        alive = np.linalg.norm(projected, axis=1) > _DEAD * np.linalg.norm(self.G, axis=1)
+        alive = np.linalg.norm(projected, axis=1) > REDUNDANT_ROW * np.linalg.norm(self.G, axis=1)
         value = self.G[alive] @ xi
         lower, upper = self.lower[alive] - value, self.upper[alive] - value
         if feasible:
             lower, upper = np.minimum(lower, 0.0), np.maximum(upper, 0.0)
-        return Rows(projected[alive], lower, upper, self.index[alive])
+        return RowSet(projected[alive], lower, upper, self.index[alive])
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
-    """Equality rows M z = d as U Σ Vᵀ z = d: y₁ = Σ V₁ᵀ z is decided by them, y₂ = V₂ᵀ z is not."""
+class RowSVD:
+    """Equality rows M z = d by singular values, M = U Σ Vᵀ with r values that count.
 
-    decided: Array  # V₁ Σ⁻¹ (p, r): z of y₁
-    direction: Array  # V₁ᵀ (r, p)
-    free: Array  # V₂ (p, p − r)
-    goal: Array  # U₁ᵀ d (r,)
-    sigma: Array  # (r,)
+    Attributes:
+        direction: (r, p) V₁ᵀ, the directions that the rows decide.
+        free: (p, p − r) V₂, the directions that they leave free.
+        goal: (r,) U₁ᵀ d, what they ask for.
+        sigma: (r,) the singular values that count, falling.
+    """
+
+    direction: Array
+    free: Array
+    goal: Array
+    sigma: Array
+
+    @property
+    def solution(self) -> Array:
+        """z (p,) = V₁ Σ⁻¹ U₁ᵀ d, the least z that meets the rows."""
+        return self.direction.T @ (self.goal / self.sigma)
 
 
-def split(M: Array, d: Array, rank: Callable[[Array], int]) -> Split:
-    """Singular value decomposition; `rank` says how many of the singular values count."""
+def row_svd(M: Array, d: Array, rank: Callable[[Array], int]) -> RowSVD:
+    """Decompose equality rows M z = d.
+
+    Args:
+        M: (m, p) rows.
+        d: (m,) right-hand sides.
+        rank: Returns how many of the singular values (falling) count.
+
+    Returns:
+        The decomposition.
+    """
     U, sigma, Vt = np.linalg.svd(M)
     r = rank(sigma)
-    return Split(Vt[:r].T / sigma[:r], Vt[:r], Vt[r:].T, U[:, :r].T @ d, sigma[:r])
+    return RowSVD(Vt[:r], Vt[r:].T, U[:, :r].T @ d, sigma[:r])
 
 
-def least_norm(solve: Solve, at: Array, equal: Split, rows: Rows) -> Solution:
-    """min ½‖z + at‖² with the level met: V₁ᵀ z = Σ⁻¹ U₁ᵀ d and all rows inside."""
+def least_norm(solve: SolveProgram, offset: Array, equal: RowSVD, rows: RowSet) -> Solution:
+    """Solve min ½ ‖z + offset‖² subject to V₁ᵀ z = Σ⁻¹ U₁ᵀ d and rows: the level is met exactly.
+
+    Equality rows keep the raw answer accurate, whereas normal equations would square the condition number.
+
+    Args:
+        solve: Solves programs with a diagonal H.
+        offset: (p,) Zᵀ ξ, so that ‖z + offset‖ is ‖ξ + Z z‖ up to a constant.
+        equal: Equality rows of the level on z.
+        rows: Inequality rows on z that must hold.
+
+    Returns:
+        What the solver found; not SOLVED where the level cannot be met.
+    """
     p = equal.direction.shape[1]
-    target = equal.goal / equal.sigma
+    goal = equal.goal / equal.sigma
     return solve(
         QuadraticProgram(
             np.eye(p),
-            at,
+            offset,
             np.vstack([equal.direction, rows.G]),
-            np.concatenate([target, rows.lower]),
-            np.concatenate([target, rows.upper]),
+            np.concatenate([goal, rows.lower]),
+            np.concatenate([goal, rows.upper]),
             np.full(p, -np.inf),
             np.full(p, np.inf),
         )
@@ -99,76 +150,110 @@ def least_norm(solve: Solve, at: Array, equal: Split, rows: Rows) -> Solution:
 
 
 @dataclass(frozen=True, eq=False)
-class Compromise:
-    """z of a level that cannot be met, residuals t of its inequality rows, multipliers of all rows."""
+class LeastViolation:
+    """The answer to a level that cannot be met.
+
+    Attributes:
+        z: (p,) the answer.
+        multipliers: Multipliers of the rows that must hold, followed by those of the level's inequalities.
+        status: What the solver claims.
+        iterations: Iterations of all programs that were solved.
+        complete: Whether every proximal step was solved.
+    """
 
     z: Array
-    slack: Array
     multipliers: Array
     status: Status
     iterations: int
-    whole: bool  # whether no step of it failed
+    complete: bool
 
 
-def least_violation(solve: Solve, equal: Split, soft: Rows, rows: Rows) -> Compromise:
-    """min ½‖y₁ − U₁ᵀ d‖² + ½‖t‖² with the soft rows relaxed by t; a stronger pull where a solver fails."""
-    found, iterations = None, 0
-    for pull in _PROXIMAL:
+def least_violation(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet) -> LeastViolation:
+    """Solve min ½ ‖y₁ − U₁ᵀ d‖² + ½ ‖t‖², where soft rows may be broken by t and the others must hold.
+
+    Args:
+        solve: Solves programs with a diagonal H.
+        equal: Equality rows of the level on z.
+        soft: Inequality rows of the level on z.
+        rows: Inequality rows on z that must hold.
+
+    Returns:
+        The answer with the weakest proximal pull at which no step failed, or else with the last pull that
+        gave an answer.
+    """
+    found = _proximal(solve, equal, soft, rows, _PULLS[0])
+    iterations = found.iterations
+    for pull in _PULLS[1:]:
+        if found.complete:
+            break
         tried = _proximal(solve, equal, soft, rows, pull)
         iterations += tried.iterations
-        if found is None or tried.whole or found.status is not Status.SOLVED:
+        if tried.complete or found.status is not Status.SOLVED:
             found = tried
-        if tried.whole:
-            break
-    assert found is not None
     return replace(found, iterations=iterations)
 
 
-def _proximal(solve: Solve, equal: Split, soft: Rows, rows: Rows, pull: float) -> Compromise:
-    """Steps that add ½ρ(1 − s²)(u − u before)² for each unknown u of z, s² being its own curvature.
+def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pull: float) -> LeastViolation:
+    """Solve the least-squares level by proximal steps, which make the Hessian positive definite.
 
-    With u in units of 1/σ, s = 1; but along directions that are open, σ = 0, and along those that
-    nearly are, units grow only to those of the smallest σ that is not thin. In longer ones all rows
-    would look alike, in shorter ones steps would be tiny. Rows have unit length for the same reason.
-    Rockafellar (1976), SIAM J. Control and Optimization 14(5).
+    Each step adds ½ ρ (1 − s²)(u − u_last)² for every unknown u of z, with its own curvature s². In units of
+    1/σ the curvature is one. Along directions that the rows leave open (σ = 0), or nearly so, units grow only
+    to that of the smallest σ that is not thin: in longer units all rows would look alike to a solver, and in
+    shorter ones steps would be tiny. Rows are scaled to unit length for the same reason.
+    Source: Rockafellar (1976), SIAM J. Control and Optimization 14(5).
     """
     p, m = equal.direction.shape[1], len(soft.lower)
-    sigma = np.concatenate([equal.sigma, np.zeros(p - len(equal.sigma))])
-    unit = np.maximum(sigma, max(float(equal.sigma.min(initial=1.0)), _THIN * float(sigma.max(initial=0.0))))
-    share, goal = sigma / unit, np.concatenate([equal.goal, np.zeros(p - len(equal.goal))])
-    basis = np.hstack([equal.direction.T, equal.free]) / unit
-    slack = np.vstack([np.zeros((len(rows.lower), m)), -np.eye(m)])
+    basis, share, goal = _scaled_unknowns(equal)
     both = rows.joined(soft)
+    slack = np.vstack([np.zeros((len(rows.lower), m)), -np.eye(m)])
     C = np.hstack([both.G @ basis, slack])
     length = np.linalg.norm(C, axis=1)
     length[length == 0.0] = 1.0
     C /= length[:, None]
-    held = pull * (1.0 - share**2)
-    open_side, before = np.full(p + m, np.inf), np.zeros(p)
+    weight = pull * (1.0 - share**2)
+    unbounded, previous = np.full(p + m, np.inf), np.zeros(p)
     lower, upper = both.lower / length, both.upper / length
     last, iterations = None, 0
     for _ in range(_REPEATS):
-        H = np.diag(np.concatenate([share**2 + held, np.ones(m)]))
-        g = np.concatenate([-share * goal - held * before, np.zeros(m)])
-        solution = solve(QuadraticProgram(H, g, C, lower, upper, -open_side, open_side))
+        H = np.diag(np.concatenate([share**2 + weight, np.ones(m)]))
+        g = np.concatenate([-share * goal - weight * previous, np.zeros(m)])
+        solution = solve(QuadraticProgram(H, g, C, lower, upper, -unbounded, unbounded))
         iterations += solution.iterations
         if solution.status is not Status.SOLVED:
             break
         last, now = solution, solution.x[:p]
-        moved = np.abs(now - before)[held > 0.0].max(initial=0.0)
-        before, held = now, _EASED * held
-        if moved <= _STILL * max(1.0, float(np.abs(now[held > 0.0]).max(initial=0.0))):
+        pulled = weight > 0.0
+        moved = np.abs(now - previous)[pulled].max(initial=0.0)
+        previous, weight = now, _EASED * weight
+        if moved <= PROXIMAL_STEP * max(1.0, float(np.abs(now[pulled]).max(initial=0.0))):
             break
-    whole = solution.status is Status.SOLVED
+    complete = solution.status is Status.SOLVED
     solution = last or solution
-    z, slack = basis @ solution.x[:p], solution.x[p:]
-    return Compromise(z, slack, solution.y / length, solution.status, iterations, whole)
+    z = basis @ solution.x[:p]
+    return LeastViolation(z, solution.y / length, solution.status, iterations, complete)
 
 
-def frozen(equal: Split, violated: Array, priced: Array) -> Array:
-    """Basis (p, …) of what the levels below may still do, given the rows on z that hold from now on."""
-    held = np.vstack(
-        [equal.direction, *(rows / np.linalg.norm(rows, axis=1)[:, None] for rows in (violated, priced))]
-    )
-    _, sigma, Vt = np.linalg.svd(held)
-    return Vt[int(np.count_nonzero(sigma > _DEAD)) :].T
+def _scaled_unknowns(equal: RowSVD) -> tuple[Array, Array, Array]:
+    """Return the basis (p, p) of z in units u of its own, the root s (p,) of their curvature, and U₁ᵀ d."""
+    p = equal.direction.shape[1]
+    sigma = np.concatenate([equal.sigma, np.zeros(p - len(equal.sigma))])
+    smallest, largest = float(equal.sigma.min(initial=1.0)), float(sigma.max(initial=0.0))
+    unit = np.maximum(sigma, max(smallest, THIN_DIRECTION * largest))
+    goal = np.concatenate([equal.goal, np.zeros(p - len(equal.goal))])
+    return np.hstack([equal.direction.T, equal.free]) / unit, sigma / unit, goal
+
+
+def free_directions(equal: RowSVD, violated: Array, active: Array) -> Array:
+    """Return a basis of the directions that the levels below may still use.
+
+    Args:
+        equal: Equality rows of the level on z, whose residuals are kept.
+        violated: (·, p) inequality rows of the level that are violated, whose residuals are kept.
+        active: (·, p) rows that hold this level back and must not be left.
+
+    Returns:
+        (p, ·) orthonormal columns.
+    """
+    kept = [rows / np.linalg.norm(rows, axis=1)[:, None] for rows in (violated, active)]
+    _, sigma, Vt = np.linalg.svd(np.vstack([equal.direction, *kept]))
+    return Vt[int(np.count_nonzero(sigma > REDUNDANT_ROW)) :].T

@@ -1,4 +1,8 @@
-"""Resolvers by name: "pinv", "dls", "active-set", "wqp/<solver>", "hqp/<solver>", "cvxpy/<solver>"."""
+"""Resolvers by name: "active-set", "pinv", "dls", "hqp/<solver>", "wqp/<solver>", "cvxpy/<solver>".
+
+To add a resolver to taskopt, write a class (see `taskopt.resolver.base.Resolver`) and add a line to one of
+the two tables below. From outside, call `register_resolver`.
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,8 +22,7 @@ from taskopt.solver.registry import solver, solvers
 
 DEFAULT = "active-set"
 
-
-_ALONE: dict[str, Callable[[], Resolver]] = {
+_alone: dict[str, Callable[[], Resolver]] = {  # and what users register
     "pinv": PseudoInverse,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
     "active-set": ActiveSetWithFallback,
@@ -32,11 +35,23 @@ _WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {
 
 
 def resolver(name: str) -> Resolver:
-    """The resolver of that name. Raises `UnknownName`, or `NotInstalled` for its solver."""
+    """Return the resolver of a name, with default settings.
+
+    Args:
+        name: Such as "active-set" or "hqp/daqp"; `resolver_names` lists all.
+
+    Returns:
+        A new resolver.
+
+    Raises:
+        InvalidValue: `name` is not a string.
+        UnknownName: There is no such resolver; the message suggests similar names.
+        NotInstalled: The package of its solver cannot be imported.
+    """
     if not isinstance(name, str):
         raise InvalidValue(f"a resolver is known by its name, such as {DEFAULT!r}; got {name!r}")
-    if name in _ALONE:
-        return _ALONE[name]()
+    if name in _alone:
+        return _alone[name]()
     family, _, engine = name.partition("/")
     if family not in _WITH_SOLVER or engine not in _engines(family):
         raise UnknownName("resolver", name, resolver_names())
@@ -44,18 +59,64 @@ def resolver(name: str) -> Resolver:
 
 
 def resolver_names() -> tuple[str, ...]:
-    """All names, those whose solver is not installed among them."""
-    return (*_ALONE, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
+    """Return the names of all resolvers, those whose solver is not installed included."""
+    return (*_alone, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
 
 
 def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
-    """One hierarchy, once, without memory."""
+    """Resolve one hierarchy once, without a memory.
+
+    Args:
+        hierarchy: The problem.
+        name: Name of the resolver.
+
+    Returns:
+        Its answer.
+
+    Raises:
+        InvalidValue: `hierarchy` is no hierarchy.
+        UnknownName: There is no such resolver.
+        NotInstalled: The package of its solver cannot be imported.
+    """
     if not isinstance(hierarchy, Hierarchy):
         raise InvalidValue(f"resolve needs a Hierarchy, got {type(hierarchy).__name__}")
     return resolver(name)(hierarchy)[0]
 
 
+def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) -> Resolver:
+    """Add a resolver of your own, so that it can be asked for by its name everywhere.
+
+    `taskopt.testing.check_resolver` tests whether it keeps the promises of a resolver.
+
+    Args:
+        make: Returns a new resolver with default settings, such as the class of the resolver.
+        replace: Whether a resolver that has this name already is replaced.
+
+    Returns:
+        A resolver that `make` returned; its `name` is the name to ask for.
+
+    Raises:
+        InvalidValue: What `make` returns lacks a part of the protocol, or its name is empty or taken.
+    """
+    if not callable(make):
+        raise InvalidValue(f"make must return a resolver when it is called, got {type(make).__name__}")
+    made = make()
+    missing = [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(made, part)]
+    if missing:
+        raise InvalidValue(
+            f"{type(made).__name__} is no resolver: it lacks {', '.join(missing)}; see taskopt.Resolver"
+        )
+    if not isinstance(made.name, str) or not made.name:
+        raise InvalidValue(f"a resolver needs a name, got {made.name!r}")
+    if made.name in resolver_names() and not replace:
+        raise InvalidValue(
+            f"there is a resolver '{made.name}' already; name yours differently or pass replace=True"
+        )
+    _alone[made.name] = make
+    return made
+
+
 def _engines(family: str) -> tuple[str, ...]:
-    """Solvers that a family knows; CVXPY speaks to some of them only."""
+    """Return the names of the solvers that a family can use; CVXPY can use some of them only."""
     names = tuple(row.name for row in solvers())
     return tuple(name for name in names if name in ENGINES) if family == "cvxpy" else names

@@ -1,4 +1,7 @@
-"""How much worse each level is met than it could be: the leak of anybody's answer to a hierarchy."""
+"""The regret of each level: by how much an answer meets it worse than the lexicographic optimum does.
+
+It compares answers to one hierarchy, whoever computed them: a weighted QP, a pseudo-inverse, another library.
+"""
 
 import numpy as np
 
@@ -11,23 +14,42 @@ from taskopt.resolver.infeasible import find_conflict
 
 
 def regret(hierarchy: Hierarchy, x: ArrayLike) -> Array:
-    """ℓ_k(x) = ‖d_k(x)‖_w − ‖d_k(x*)‖_w of each level, (levels,), in the units of its rows.
+    """Return the regret r_k(x) = ‖d_k(x)‖_w − ‖d_k(x*)‖_w of each level.
 
-    x* is the lexicographic optimum, d_k what the rows of level k lack, and ‖d‖_w² = Σ w d². Above 0: the
-    level was given up for a lower one, by weights that are not infinite or a cost that is projected; below
-    0: x met it better, at the cost of a level before it or of a hard limit. Raises `InvalidValue` for an x
-    that is not (n,) finite numbers, `Infeasible` where hard limits contradict each other, and `NotSolved`
-    where the optimum could not be proven.
+    x* is the lexicographic optimum, d_k(x) the distance of the rows of level k to their bounds, and
+    ‖d‖_w² = Σ w d². A positive regret says that x gave the level up for a lower one, as weights that are not
+    infinite do. A negative one says that x meets the level better than the optimum does, at the cost of a
+    level before it or of a hard limit.
+
+    Args:
+        hierarchy: The problem.
+        x: (n,) an answer to it.
+
+    Returns:
+        (levels,) regrets, in the units of the rows of each level.
+
+    Raises:
+        InvalidValue: x is not an array of n finite numbers.
+        Infeasible: The hard limits contradict each other.
+        NotSolved: The optimum could not be proven.
     """
     x = finite("x", x, (hierarchy.n,))
     best = ActiveSetWithFallback()(hierarchy)[0]
     if best.status is Status.INFEASIBLE:
         raise Infeasible(f"no level has an optimum: {find_conflict(hierarchy)}", hierarchy.copy())
     if not best.certified():
-        raise NotSolved(f"no leak without the optimum: {best.certificate}", best)
+        raise NotSolved(f"no regret without the optimum: {best.certificate}", best)
     return level_residuals(hierarchy, x) - level_residuals(hierarchy, best.x)
 
 
 def level_residuals(hierarchy: Hierarchy, x: Array) -> Array:
-    """‖d_k(x)‖_w of each level, (levels,)."""
+    """Return ‖d_k(x)‖_w of each level, with the distances d_k(x) of its rows to their bounds.
+
+    Args:
+        hierarchy: The problem.
+        x: (n,) an answer to it.
+
+    Returns:
+        (levels,) norms, in the units of the rows of each level.
+    """
     return np.array([np.sqrt(2.0 * level.cost(x)) for level in hierarchy.levels])

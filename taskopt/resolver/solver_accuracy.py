@@ -1,7 +1,8 @@
-"""From the accuracy wanted in x to what a solver is asked for: its size, its tolerance.
+"""From the accuracy wanted in x to the tolerance that a solver is asked for, and programs of unit size.
 
-Where the active set is right, error ≤ dual residual / λ_min(H), so a solver's tolerance is a claim
-about x only once H and the size of x are known. Every program is therefore solved at unit size.
+Where the active set is right, the error of x is at most the dual residual divided by the least eigenvalue of
+H. A tolerance of a solver is therefore a promise about x only if H and the size of x are known. The cascade
+of `hqp` and the weighted problem both solve their programs through this module.
 """
 
 from collections.abc import Callable
@@ -12,28 +13,48 @@ import numpy as np
 from taskopt.arrays import finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.hierarchy.tolerances import SMALLEST_VELOCITY
-from taskopt.solver.registry import Solver
+from taskopt.hierarchy.tolerances import LEAST_ACCURACY, SMALLEST_VELOCITY, SOLVER_SHARE
+from taskopt.solver.base import Solve
 
-_MARGIN = 1e-3  # solvers measure residuals in their own scaling, and stop at the first that is small enough
-
-Solve = Callable[[QuadraticProgram], Solution]
+SolveProgram = Callable[[QuadraticProgram], Solution]
 
 
 def checked_accuracy(value: float) -> float:
-    """A relative accuracy that double precision can give; raise `InvalidValue` otherwise."""
+    """Return a relative accuracy that double precision can give.
+
+    Args:
+        value: Accuracy of x, relative to its largest entry.
+
+    Returns:
+        The same number as a float.
+
+    Raises:
+        InvalidValue: It is not a number in [1e-13, 1).
+    """
     accuracy = float(finite("accuracy", value, ()))
-    if not 1e-13 <= accuracy < 1.0:
-        raise InvalidValue(f"accuracy must be in [1e-13, 1), got {accuracy:g}")
+    if not LEAST_ACCURACY <= accuracy < 1.0:
+        raise InvalidValue(f"accuracy must be in [{LEAST_ACCURACY:g}, 1), got {accuracy:g}")
     return accuracy
 
 
-def solve_to(engine: Solver, accuracy: float) -> Solve:
-    """The solver at unit size, for programs with a diagonal H; x is to be right to `accuracy` of its size."""
+def solve_to(solve: Solve, accuracy: float) -> SolveProgram:
+    """Return a function that solves programs with a diagonal H, so that x is accurate relative to its size.
 
-    def solve(qp: QuadraticProgram) -> Solution:
-        size = _size(qp)
-        tolerance = _MARGIN * accuracy * min(1.0, float(np.diagonal(qp.H).min(initial=1.0)))
+    Gradient and bounds are divided by the size that x is expected to have, which leaves x of size one.
+    The tolerance is `SOLVER_SHARE` · accuracy · min(1, least entry of H).
+
+    Args:
+        solve: A solver.
+        accuracy: Accuracy wanted in x, relative to its largest entry.
+
+    Returns:
+        A function from a program to its solution, in the units of that program.
+    """
+
+    def solve_at_unit_size(qp: QuadraticProgram) -> Solution:
+        """Divide the program by its size, solve it, and multiply the solution."""
+        size = _expected_size(qp)
+        tolerance = SOLVER_SHARE * accuracy * min(1.0, float(np.diagonal(qp.H).min(initial=1.0)))
         unit = replace(
             qp,
             g=qp.g / size,
@@ -42,14 +63,14 @@ def solve_to(engine: Solver, accuracy: float) -> Solve:
             box_lower=qp.box_lower / size,
             box_upper=qp.box_upper / size,
         )
-        found = engine(unit, tolerance)
+        found = solve(unit, tolerance)
         return replace(found, x=size * found.x, y=size * found.y, y_box=size * found.y_box)
 
-    return solve
+    return solve_at_unit_size
 
 
-def _size(qp: QuadraticProgram) -> float:
-    """How large x is about to be: the largest entry that costs or equalities ask for."""
+def _expected_size(qp: QuadraticProgram) -> float:
+    """Return the largest entry of the gradient and of the equalities, 1 if all of them are zero."""
     equal = qp.equality
-    asked = max(float(np.abs(qp.g).max(initial=0.0)), float(np.abs(qp.upper[equal]).max(initial=0.0)))
-    return max(asked, SMALLEST_VELOCITY) if asked > 0.0 else 1.0
+    largest = max(float(np.abs(qp.g).max(initial=0.0)), float(np.abs(qp.upper[equal]).max(initial=0.0)))
+    return max(largest, SMALLEST_VELOCITY) if largest > 0.0 else 1.0

@@ -1,29 +1,30 @@
-"""The second look at an answer: its closed form, its active set solved again, and why they differ."""
+"""The review of one answer: its closed form, its error in x, and the causes of their difference."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import equality_levels
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import Cause, LevelAccount, Review
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, SMALLEST_VELOCITY
-from taskopt.resolver.closed_form import Descent, descend
+from taskopt.hierarchy.tolerances import ACCURACY, DOUBTFUL_KEPT, DOUBTFUL_LOST, SMALLEST_VELOCITY
+from taskopt.resolver.closed_form import Descent, LevelEqualities, descend
 
-_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # they do not aim at one
-_NEAR, _NOISE = 1e-8, 1e-13  # singular values between them, relative, are lost to some and kept by others
+_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # answers that do not aim at an optimum
 
 
 @dataclass(frozen=True, eq=False)
 class TickReview(Review):
-    """Nothing is solved until it is asked for: a control loop that never asks never pays.
+    """Review one resolution. Nothing is computed before it is asked for, so a control loop does not pay.
 
-    `accuracy` is what the resolver was asked for in x; `own` are the ranks and damping that it decided
-    itself, empty where it does not tell.
+    Attributes:
+        resolution: The answer under review.
+        accuracy: Accuracy that the resolver was asked for in x, relative to its largest entry.
+        own: Ranks and damping that the resolver decided itself; empty where it does not tell.
     """
 
     resolution: Resolution
@@ -32,86 +33,106 @@ class TickReview(Review):
 
     @property
     def closed_form(self) -> Array:
-        return self._free.x
+        """x (n,) of task priority on the equalities of the same problem, without damping."""
+        return self._unconstrained.x
 
     @property
     def levels(self) -> tuple[LevelAccount, ...]:
-        return self.own or self._held.levels
+        """Ranks and damping by level, the hard rows first."""
+        return self.own or self._on_active_set.levels
 
     @cached_property
     def difference(self) -> float:
+        """‖x − closed form‖∞ [rad/s, m/s]."""
         return float(np.abs(self.resolution.x - self.closed_form).max())
 
     @cached_property
     def error(self) -> float:
+        """‖x − x solved again on the final active set‖∞, relative to x; NaN where no optimum is aimed at."""
         if self.resolution.status in _NO_OPTIMUM:
             return np.nan
-        return _apart(self.resolution.x, self._held.x)
+        return _relative_distance(self.resolution.x, self._on_active_set.x)
 
     @cached_property
     def causes(self) -> tuple[Cause, ...]:
+        """The causes of a difference from the closed form; empty if it is within the accuracy."""
         resolution = self.resolution
-        if not _apart(resolution.x, self.closed_form) > self.accuracy:
+        if not _relative_distance(resolution.x, self.closed_form) > self.accuracy:
             return ()
-        held = [Cause("limit", str(a)) for a in resolution.active if a.multiplier != 0.0]
-        damped = [_damping(level) for level in self.levels if level.damping > 0.0]
-        return (*held, *damped, *self._decisions())
+        limits = [Cause("limit", str(a)) for a in resolution.active if a.multiplier != 0.0]
+        damped = [_damping_cause(level) for level in self.levels if level.damping > 0.0]
+        return (*limits, *damped, *self._rank_or_accuracy())
 
-    def _decisions(self) -> tuple[Cause, ...]:
-        """Where x is not what its active set leads to: a rank that may go either way, else the solver."""
+    def _rank_or_accuracy(self) -> tuple[Cause, ...]:
+        """Return doubtful ranks where x is not what its active set leads to, else the accuracy."""
         if self.resolution.status is Status.FORMULA:
-            pairs = zip(self.own, self._free.levels, strict=True)
-            return tuple(_rank(mine) for mine, cold in pairs if mine.rank != cold.rank)
+            pairs = zip(self.own, self._unconstrained.levels, strict=True)
+            return tuple(_rank_cause(own) for own, cold in pairs if own.rank != cold.rank)
         if not self.error > self.accuracy:
             return ()
-        doubtful = [level for level in self.levels if level.kept < _NEAR or level.dropped > _NOISE]
-        return tuple(map(_rank, doubtful)) or (Cause("accuracy", f"solver accuracy, {self.error:.1e} of x"),)
+        doubtful = [
+            level for level in self.levels if level.kept < DOUBTFUL_KEPT or level.dropped > DOUBTFUL_LOST
+        ]
+        accuracy = Cause("accuracy", f"solver accuracy, {self.error:.1e} of x")
+        return tuple(map(_rank_cause, doubtful)) or (accuracy,)
 
     @cached_property
-    def _free(self) -> Descent:
+    def _unconstrained(self) -> Descent:
+        """Task priority on the equalities alone."""
         problem = self.resolution.problem
         return descend(equality_levels(problem), problem.norm)
 
     @cached_property
-    def _held(self) -> Descent:
-        """The same as `_free` with what is active as equalities; one of them if nothing is."""
+    def _on_active_set(self) -> Descent:
+        """Task priority on the equalities and the active inequalities; the same if none is active."""
         problem, state = self.resolution.problem, self.resolution.state
-        return descend(held_levels(problem, state), problem.norm) if state.any() else self._free
+        return descend(active_levels(problem, state), problem.norm) if state.any() else self._unconstrained
 
 
-def held_levels(problem: Hierarchy, state: np.ndarray) -> list[tuple[Array, Array, Array]]:
-    """(A, b, weight) of the equalities and active inequalities of each level, the box in level 0.
+def active_levels(problem: Hierarchy, state: StateArray) -> list[LevelEqualities]:
+    """Return the equalities and active inequalities of each level as equalities, the box in level 0.
 
-    An active inequality is an equality row of its own level, in least squares. Escande, Mansard and
-    Wieber (2014), Sect. 4.
+    An active inequality is an equality of its own level, in least squares.
+
+    Args:
+        problem: The hierarchy.
+        state: (n + M,) active set, see `Memory`.
+
+    Returns:
+        (A, b, weight) of each level, the hard rows first.
+
+    Source:
+        Escande, Mansard and Wieber (2014), Sect. 4.
     """
-    return [_held(problem, state, k) for k in range(problem.layout.level_count + 1)]
+    return [_active_level(problem, state, k) for k in range(problem.layout.level_count + 1)]
 
 
-def _held(problem: Hierarchy, state: np.ndarray, k: int) -> tuple[Array, Array, Array]:
+def _active_level(problem: Hierarchy, state: StateArray, k: int) -> LevelEqualities:
+    """Return (A, b, weight) of level k; level 0 are the hard rows and the box."""
     n, level, rows = problem.n, problem.level(k), problem.layout.rows_of_level(k)
     A, lower, upper, side = level.A, level.lower, level.upper, state[n:][rows]
     weight = level.weight if k else np.ones(len(lower))
     if k == 0:
         A = np.vstack([np.eye(n), A])
-        lower = np.concatenate([problem.box_lower, lower])
-        upper = np.concatenate([problem.box_upper, upper])
+        lower, upper = problem.bounds(rows.stop)
         side, weight = np.concatenate([state[:n], side]), np.ones(n + len(weight))
-    held = (lower == upper) | (side != 0)
+    active = (lower == upper) | (side != 0)
     bound = np.where(side < 0, lower, upper)
-    return A[held], bound[held], weight[held]
+    return A[active], bound[active], weight[active]
 
 
-def _apart(x: Array, other: Array) -> float:
-    """‖x − other‖∞ relative to ‖other‖∞; inf where x is not a number."""
+def _relative_distance(x: Array, other: Array) -> float:
+    """Return ‖x − other‖∞ relative to ‖other‖∞, inf where x is not a number."""
     size = max(SMALLEST_VELOCITY, float(np.abs(other).max(initial=0.0)))
     distance = float(np.abs(x - other).max(initial=0.0)) / size
     return distance if np.isfinite(distance) else np.inf
 
 
-def _damping(level: LevelAccount) -> Cause:
+def _damping_cause(level: LevelAccount) -> Cause:
+    """Return the damping of a level as a cause."""
     return Cause("damping", f"damping of level {level.level}, k² = {level.damping:.2g}")
 
 
-def _rank(level: LevelAccount) -> Cause:
+def _rank_cause(level: LevelAccount) -> Cause:
+    """Return the rank of a level as a cause."""
     return Cause("rank", f"rank of level {level.level}, {level.rank} of {level.rank + level.lost} directions")

@@ -1,7 +1,7 @@
-"""`wqp/<solver>`: all levels in one quadratic program, each weighing `ratio` times the one before.
+"""`wqp/<solver>`: all levels in one quadratic program, weighted by powers of a ratio.
 
-Priorities are approximate: a level gives way to those below it in proportion to the ratio. The
-problem that is answered, and certified, is `weighted_problem(hierarchy, ratio)`.
+Priorities are approximate, because a level gives way to those below it in proportion to the ratio. The
+problem that is answered and certified is `weighted_problem(hierarchy, ratio)`, a hierarchy of one level.
 """
 
 from dataclasses import dataclass, replace
@@ -18,25 +18,37 @@ from taskopt.hierarchy.qp import QuadraticProgram
 from taskopt.hierarchy.rank import root_of
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY
+from taskopt.hierarchy.tolerances import (
+    ACCURACY,
+    ACTIVE_MULTIPLIER,
+    UNFINISHED_VIOLATION,
+    WEIGHT_SPREAD,
+    WEIGHTED_SOLVER_SHARE,
+)
 from taskopt.resolver.base import Memory, answered, final_state
-from taskopt.resolver.closed_form import SPREAD, level_ratio, weighted_least_squares
+from taskopt.resolver.closed_form import level_ratio, weighted_least_squares
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
 from taskopt.resolver.solver_accuracy import checked_accuracy, solve_to
 from taskopt.solver.registry import solver
 
-_PRICED = 1e-9 / SPREAD  # prices of the last level stand beside those of the first, SPREAD times larger
-_OUTSIDE = 1e-7  # an answer that was not finished and leaves the limits by more is no answer
-_MARGIN = 1e-2  # absolute, not at unit size: R makes x large, and limits are promised to 1e-9 all the same
-
 
 @dataclass(frozen=True)
 class WeightedQP:
-    """min Σ_k ratio^(k−1−L) ½ Σ w d_k(x)² + ½ xᵀ W x over L levels inside the hard limits, with any solver.
+    """Resolve all levels in one program, with any solver.
 
-    `ratio`: less keeps priorities better and the program worse conditioned; None: `level_ratio`. The
-    smallest weight is that of the norm, W itself, so that the certificate sees an error there too.
-    `accuracy`: wanted in x, relative to its largest entry; the tolerances of the solver follow from it.
+        min Σ_k ratio^(k−1−L) ½ Σ w d_k(x)² + ½ xᵀ W x   inside the hard limits,   k = 1 … L
+
+    d_k are the distances of the rows of level k to their bounds. It promises the optimum of this weighted
+    problem within the accuracy of the solver, and hard limits to 1e-9. It does not promise strict priorities.
+    The status is INFEASIBLE, with x = NaN, if and only if phase one finds that the limits contradict each
+    other. Each call starts cold.
+
+    Attributes:
+        solver: Name of the solver, see `taskopt.solver.registry.solvers`.
+        ratio: Weight of a level over the weight of the level before it, in (0, 1]. Less keeps priorities
+            better and makes the program worse conditioned. None for `level_ratio`. The smallest weight
+            is that of the norm, W itself, so that the certificate sees errors there, too.
+        accuracy: Accuracy wanted in x, relative to its largest entry; the solver is given tolerances for it.
     """
 
     solver: str
@@ -50,39 +62,66 @@ class WeightedQP:
 
     @property
     def name(self) -> str:
+        """Name of the resolver, such as "wqp/daqp"."""
         return f"wqp/{self.solver}"
 
     @property
     def strict(self) -> bool:
+        """False: priorities between levels are approximate."""
         return False
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:  # noqa: ARG002
-        """Each tick starts cold."""
+        """Resolve one hierarchy.
+
+        Args:
+            hierarchy: The problem of this tick.
+            memory: Ignored.
+
+        Returns:
+            The answer to the weighted problem, and a memory with its active set.
+
+        Raises:
+            UnknownName: There is no solver of that name.
+            NotInstalled: The package of the solver cannot be imported.
+        """
         problem = weighted_problem(hierarchy, self.ratio)
-        qp, R = orthogonal(problem)
-        solution = solver(self.solver)(qp, _MARGIN * self.accuracy)
-        if solution.status is Status.FAILED:  # an interior point may, where x is much larger than 1
+        qp, R = orthogonal_program(problem)
+        solution = solver(self.solver)(qp, WEIGHTED_SOLVER_SHARE * self.accuracy)
+        if solution.status is Status.FAILED:  # as interior points may, where x is much larger than 1
             solution = solve_to(solver(self.solver), self.accuracy)(qp)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return no_answer(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)
-        state = final_state(problem, x, y, _PRICED)
-        done = solution.status, solution.iterations
-        resolution, carried = answered(problem, x, y, state, *done, self.accuracy)
-        if solution.status is not Status.SOLVED and resolution.certificate.residuals[0, 1] > _OUTSIDE:
-            return no_answer(problem, solution.status, solution.iterations)
-        return refuse_broken_claim((resolution, carried))
+        # Multipliers of the last level stand beside those of the first one, which are SPREAD times larger.
+        state = final_state(problem, x, y, ACTIVE_MULTIPLIER / WEIGHT_SPREAD)
+        claim = solution.status, solution.iterations
+        answer = answered(problem, x, y, state, *claim, self.accuracy)
+        outside = answer[0].certificate.broken_limit
+        if solution.status is not Status.SOLVED and outside > UNFINISHED_VIOLATION:
+            return no_answer(problem, *claim)
+        return refuse_broken_claim(answer)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
+        """Return x (n,) of weighted least squares over all levels; see `weighted_least_squares`."""
         return weighted_least_squares(hierarchy, self.ratio or level_ratio(hierarchy.layout.level_count))
 
 
-def orthogonal(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
-    """The program in u = R x and slacks t, and R (n, n): min ½‖u − Qᵀ c‖² + ½‖t‖².
+def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
+    """State a hierarchy of one level as a program with a unit Hessian.
 
-    √w A = Q R over the equality rows of the one level, c = √w b: the Hessian is the identity, and no
-    normal equations are formed. Lawson and Hanson (1974), Chapter 23.
+        min ½ ‖u − Qᵀ c‖² + ½ ‖t‖²   in u = R x and slacks t,   where √w A = Q R and c = √w b
+
+    over the equality rows of the level. No normal equations are formed.
+
+    Args:
+        problem: A hierarchy of one level whose equality rows have full column rank, see `weighted_problem`.
+
+    Returns:
+        The program in (u, t), and R (n, n).
+
+    Source:
+        Lawson and Hanson (1974), "Solving Least Squares Problems", Chapter 23.
     """
     level, limits, n = problem.levels[0], problem.limits, problem.n
     equal = level.lower == level.upper
@@ -97,19 +136,27 @@ def orthogonal(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
     upper = np.concatenate([problem.box_upper, limits.upper, root[~equal] * level.upper[~equal]])
     bounded = (lower > -np.inf) | (upper < np.inf)
     g = np.concatenate([-Q.T @ (root[equal] * level.upper[equal]), np.zeros(m)])
-    open_side = np.full(n + m, np.inf)
-    qp = QuadraticProgram(np.eye(n + m), g, C[bounded], lower[bounded], upper[bounded], -open_side, open_side)
+    unbounded = np.full(n + m, np.inf)
+    qp = QuadraticProgram(np.eye(n + m), g, C[bounded], lower[bounded], upper[bounded], -unbounded, unbounded)
     return qp, R
 
 
 def weighted_problem(hierarchy: Hierarchy, ratio: float | None = None) -> Hierarchy:
-    """The weighted problem as a hierarchy of one level, in which the norm has become n rows more."""
+    """Return all levels of a hierarchy as one level, by weights.
+
+    Args:
+        hierarchy: The problem with strict levels.
+        ratio: Weight of a level over the weight of the level before it; None for `level_ratio`.
+
+    Returns:
+        A hierarchy of one level with the same names, in which the norm has become n rows more.
+    """
     ratio = ratio or level_ratio(hierarchy.layout.level_count)
-    layout = _one_level(hierarchy.layout, hierarchy.norm.ndim == 1)
+    diagonal = hierarchy.norm.ndim == 1
+    layout = _one_level(hierarchy.layout, diagonal)
     problem = Hierarchy.view(layout, np.empty(layout.size), np.ones(hierarchy.n))
     problem.owner[:] = hierarchy.owner
     count, levels = hierarchy.layout.row_count, hierarchy.layout.level_count
-    diagonal = hierarchy.norm.ndim == 1
     problem.A[:count] = hierarchy.A
     problem.A[count:] = np.eye(hierarchy.n) if diagonal else root_of(hierarchy.norm)
     problem.lower[:count], problem.lower[count:] = hierarchy.lower, 0.0
@@ -124,6 +171,7 @@ def weighted_problem(hierarchy: Hierarchy, ratio: float | None = None) -> Hierar
 
 @lru_cache(maxsize=64)
 def _one_level(layout: Layout, diagonal: bool) -> Layout:
+    """Return the layout of the weighted problem: all blocks in level 1, then the rows of the norm."""
     blocks = tuple(replace(block, level=min(block.level, 1)) for block in layout.blocks)
     start, n = layout.row_count, layout.n
     norm = Block("norm", 1, start, start + n, layout.unknowns, ("",) * n)
