@@ -451,20 +451,6 @@ Smaller: answers that stopped near their limit of iterations are thrown away. La
 limits are sent to a robot.
 """
 
-ACTIVE_MULTIPLIER = 1e-9
-"""Multiplier, relative to max(1, largest of its level), from which a row counts as active.
-
-Smaller: rows at which a solver left rounding errors are named as active. Larger: rows that do hold the answer
-back are not named.
-"""
-
-ACTIVE_VIOLATION = 1e-9
-"""Violation, relative to max(1, |A x|), from which a row counts as active although it has no multiplier.
-
-Smaller: rows that hold to the accuracy of the solver are named as active. Larger: inequalities that the
-levels before them forbid are not named.
-"""
-
 LEVEL_VIOLATION = 1e-9
 """Violation, relative to the largest term of its row, from which a level's row is frozen in `hqp/<solver>`.
 

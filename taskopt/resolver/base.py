@@ -15,7 +15,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, ACTIVE_MULTIPLIER, ACTIVE_VIOLATION
+from taskopt.hierarchy.tolerances import ACCURACY, COUNTED_MULTIPLIER, COUNTED_VIOLATION
 from taskopt.hierarchy.view import answer_of
 from taskopt.resolver.tick_review import TickReview
 
@@ -179,7 +179,9 @@ def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
     return certificate.proves()
 
 
-def final_state(hierarchy: Hierarchy, x: Array, y: Array, threshold: float = ACTIVE_MULTIPLIER) -> StateArray:
+def final_state(
+    hierarchy: Hierarchy, x: Array, y: Array, threshold: float = COUNTED_MULTIPLIER
+) -> StateArray:
     """Return the active set of an answer, from its multipliers and violations.
 
     A row is active if it has a multiplier at any level or if it is violated. Equalities are never active.
@@ -196,6 +198,6 @@ def final_state(hierarchy: Hierarchy, x: Array, y: Array, threshold: float = ACT
     value, (lower, upper) = hierarchy.values(x), hierarchy.bounds()
     largest = np.maximum(1.0, np.abs(y).max(axis=1, keepdims=True))
     has_multiplier = (np.abs(y) > threshold * largest).any(axis=0)
-    violated = excess(value, lower, upper) > ACTIVE_VIOLATION * np.maximum(1.0, np.abs(value))
+    violated = excess(value, lower, upper) > COUNTED_VIOLATION * np.maximum(1.0, np.abs(value))
     side = nearer_side(value, lower, upper)
     return np.where((has_multiplier | violated) & (lower != upper), side, 0).astype(np.int8)

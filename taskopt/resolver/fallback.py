@@ -88,14 +88,7 @@ def conclude(resolution: Resolution) -> Resolution:
     found, _ = _CASCADE(hierarchy)
     if found.claimed and found.certified():
         notes = (f"The active-set search found no proof; {_CASCADE.name} found the optimum.",)
-        return Resolution(
-            hierarchy,
-            found.answer,
-            found.state,
-            Status.SOLVED,
-            resolution.iterations + found.iterations,
-            TickReview,
-            notes,
-            _CASCADE.name,
-        )
+        iterations = resolution.iterations + found.iterations
+        proven = Resolution(hierarchy, found.answer, found.state, Status.SOLVED, iterations, TickReview)
+        return proven.replaced(notes=notes, fallback=_CASCADE.name)
     return resolution.replaced(status)

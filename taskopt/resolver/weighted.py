@@ -20,7 +20,7 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import (
     ACCURACY,
-    ACTIVE_MULTIPLIER,
+    COUNTED_MULTIPLIER,
     UNFINISHED_VIOLATION,
     WEIGHT_SPREAD,
     WEIGHTED_SOLVER_SHARE,
@@ -94,7 +94,7 @@ class WeightedQP:
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)
         # Multipliers of the last level stand beside those of the first one, which are SPREAD times larger.
-        state = final_state(problem, x, y, ACTIVE_MULTIPLIER / WEIGHT_SPREAD)
+        state = final_state(problem, x, y, COUNTED_MULTIPLIER / WEIGHT_SPREAD)
         claim = solution.status, solution.iterations
         answer = answered(problem, x, y, state, *claim, self.accuracy)
         outside = answer[0].certificate.broken_limit
