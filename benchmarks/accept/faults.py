@@ -272,7 +272,12 @@ _OF_CERTIFICATE = (
         "violated = gap < -CERTIFICATE",
     ),
     _constant("fits ignore violations up to 1e-6", "FIT_VIOLATED", "1e-9", "1e-6"),
-    _constant("fits take far rows for active", "AT_BOUND", "1e-8", "1e-3"),
+    Fault(
+        "fits take far rows for active",
+        "hierarchy/multipliers.py",
+        "> near * scale] = 0",
+        "> 1e5 * near * scale] = 0",
+    ),
     _constant("gradients up to 1e-6 get no multipliers", "NO_GRADIENT", "1e-13", "1e-6"),
     Fault(
         "fits give violated rows one sign",
@@ -351,8 +356,8 @@ _OF_RESOLVERS = (
     Fault(
         "the range of J is 1e6 times wider",
         "resolver/closed_form.py",
-        "tolerance: float = 1e-9",
-        "tolerance: float = 1e-3",
+        "<= tolerance * np.linalg.norm(v)",
+        "<= 1e6 * tolerance * np.linalg.norm(v)",
     ),
     Fault(
         "damping enters as k, not k²",
@@ -372,6 +377,8 @@ _OF_RESOLVERS = (
         "problem.weight[count:] = hierarchy.norm if diagonal else 1.0",
         "problem.weight[count:] = 1.0",
     ),
+    _constant("levels of hqp may be violated 1e3 times more", "LEVEL_VIOLATION", "1e-9", "1e-6"),
+    _constant("rows of hqp freeze from 1e3 times larger multipliers on", "LEVEL_MULTIPLIER", "1e-6", "1e-3"),
     Fault(
         "known-feasible rows are not clipped",
         "resolver/level_qp.py",
@@ -379,7 +386,12 @@ _OF_RESOLVERS = (
         "        if feasible is None:\n",
     ),
     Fault("proximal steps are not retried", "resolver/level_qp.py", "(1e-4, 1e-2, 1.0)", "(1e-4,)"),
-    Fault("violated rows are not active", "resolver/base.py", "(held | outside) &", "held &"),
+    Fault(
+        "violated rows are not active",
+        "resolver/base.py",
+        "(has_multiplier | violated) &",
+        "has_multiplier &",
+    ),
     Fault(
         "conflicts are not minimal",
         "resolver/infeasible.py",
