@@ -1,7 +1,8 @@
 """Two commits of this library, tick by tick in one run: is the new one slower than the old one?
 
-Each commit has a process of its own, and its compiled kernels are kept between calls. Blocks of ticks take
-turns, so that a change in the speed of the machine meets both. The first run compiles, and does not count.
+Each commit has a process of its own, and its compiled kernels are kept between calls. Short blocks of ticks
+take turns, and each block is compared with the one beside it, so that a change in the speed of the machine
+meets both. The first run compiles, and does not count.
 """
 
 import json
@@ -14,7 +15,10 @@ from pathlib import Path
 import numpy as np
 from checkout import ROOT, cache_of, environment, full_name, worktree
 
-WARM, BLOCK = 500, 250  # ticks that do not count, ticks in a turn
+from taskopt.arrays import Array
+
+WARM, BLOCK = 500, 100  # ticks that do not count, ticks in a turn
+COLD = 20  # ticks at the beginning of a block that do not count: the other process has used the caches
 BAR = 1.03  # of the median ratio of all runs
 
 
@@ -59,21 +63,21 @@ class Pass:
     """Both commits once through a case.
 
     Attributes:
-        old: Median time of a tick [µs].
-        new: The same of the working tree [µs].
+        old: Median time of a tick in each block, (blocks,) [µs].
+        new: The same of the working tree, in the blocks beside them, (blocks,) [µs].
         fallbacks: Ticks that another method answered, old and new.
         searches: Ticks that needed the search, old and new.
     """
 
-    old: float
-    new: float
+    old: Array
+    new: Array
     fallbacks: tuple[int, int]
     searches: tuple[int, int]
 
     @property
     def ratio(self) -> float:
-        """New time over old time."""
-        return self.new / self.old
+        """New time over old time, the median over all pairs of blocks."""
+        return float(np.median(self.new / self.old))
 
 
 def compare(old: Worker, new: Worker, case: str, ticks: int) -> Pass:
@@ -97,11 +101,11 @@ def compare(old: Worker, new: Worker, case: str, ticks: int) -> Pass:
         order = (0, 1) if turn % 2 == 0 else (1, 0)
         for who in order:
             answer = workers[who].ask(f"block {first} {min(first + BLOCK, ticks)}")
-            times[who].extend(answer["times"])
+            if first >= WARM:
+                times[who].append(float(np.median(answer["times"][COLD:])))
             counts[:, who] += [answer["fallbacks"], answer["searches"]]
-    medians = [float(np.median(taken[WARM:])) for taken in times]
     fallbacks, searches = ((int(pair[0]), int(pair[1])) for pair in counts)
-    return Pass(medians[0], medians[1], fallbacks, searches)
+    return Pass(np.array(times[0]), np.array(times[1]), fallbacks, searches)
 
 
 def table(passes: dict[str, list[Pass]], commit: str) -> str:

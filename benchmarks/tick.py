@@ -10,8 +10,9 @@ forward kinematics. One thread; libraries or commits take turns in blocks of tic
 speed of the machine meets all of them. Ratios are of medians and of 99th percentiles over the same run.
 Beside the times stands the largest deviation of our velocity from that of pink at the same posture.
 
-With --against each commit has a process of its own and is timed by the CPU clock of its thread; the ratio
-of the two medians is taken in each of seven runs, and its median may be 1.03. The exit status tells.
+With --against each commit has a process of its own and is timed by the CPU clock of its thread. In each of
+seven runs the median of a block is divided by that of the block beside it; the median of all these ratios may
+be 1.03. The exit status tells.
 """
 
 import os
@@ -248,7 +249,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--case", nargs="+", choices=cases.NAMES, help="W1 and W1v; with --against, all")
-    parser.add_argument("--ticks", type=int, help="6000; with --against, 2000")
+    parser.add_argument("--ticks", type=int, help="6000; with --against, 4000")
     parser.add_argument("--warm", type=int, default=1000, help="ticks at the beginning that do not count")
     parser.add_argument("--resolver", default="active-set")
     parser.add_argument("--block", type=int, default=250, help="ticks in a turn")
@@ -260,7 +261,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.against:
         chosen = arguments.case or cases.NAMES
-        raise SystemExit(not tick_against(arguments.against, chosen, arguments.ticks or 2000, arguments.runs))
+        raise SystemExit(not tick_against(arguments.against, chosen, arguments.ticks or 4000, arguments.runs))
     arguments.ticks = arguments.ticks or 6000
     beside_peers(arguments)
 

@@ -63,9 +63,9 @@ def main() -> None:
         answer: object = None
         if what == "case":
             ticks = Ticks(subject(folder, words[0], int(words[1])))
+            gc.collect()  # not after each block, which would then begin with a cold cache
         elif ticks is not None:
             answer = ticks.block(int(words[0]), int(words[1]))
-        gc.collect()
         print(json.dumps(answer), flush=True)
 
 

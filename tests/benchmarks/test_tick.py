@@ -68,14 +68,16 @@ def test_the_ratio_is_new_over_old_and_fallbacks_are_counted() -> None:
     old, new = Stub(20.0), Stub(10.0)
     done = compare(cast("Worker", old), cast("Worker", new), "W1", 1000)
     assert done.ratio == 0.5
-    assert done.fallbacks == (4, 4)
-    assert done.searches == (8, 8)
-    assert old.asked == ["case W1 1000", "block 0 250", "block 250 500", "block 500 750", "block 750 1000"]
+    assert done.fallbacks == (10, 10)
+    assert done.searches == (20, 20)
+    assert old.asked[:3] == ["case W1 1000", "block 0 100", "block 100 200"]
+    assert len(done.old) == 5  # the first 500 ticks do not count
 
 
 def test_planted_fault_a_slower_case_is_marked() -> None:
     """The table marks a case above the bar, and no other."""
-    fine, slow = Pass(10.0, 10.0, (0, 0), (0, 0)), Pass(10.0, 10.0 * BAR + 0.1, (0, 0), (0, 0))
+    old = np.array([10.0, 20.0])
+    fine, slow = Pass(old, old, (0, 0), (0, 0)), Pass(old, BAR * old + 0.1, (0, 0), (0, 0))
     lines = table({"W1": [fine, fine, slow], "W2": [slow, slow, fine]}, "old").splitlines()
     assert "slower" not in lines[2]
     assert "slower" in lines[3]
