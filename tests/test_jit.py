@@ -378,9 +378,9 @@ def test_unused_files_are_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(
     ("variables", "configured", "expected"),
     [
-        ({"HOME": "/home/x"}, "", "/home/x/.cache/taskopt/kernels"),
-        ({"HOME": "/home/x", "XDG_CACHE_HOME": "/c"}, "", "/c/taskopt/kernels"),
-        ({"HOME": "/home/x", "XDG_CACHE_HOME": "/c"}, "/n", "/n/taskopt/kernels"),
+        ({"HOME": "/users/x"}, "", "/users/x/.cache/taskopt/kernels"),
+        ({"HOME": "/users/x", "XDG_CACHE_HOME": "/c"}, "", "/c/taskopt/kernels"),
+        ({"HOME": "/users/x", "XDG_CACHE_HOME": "/c"}, "/n", "/n/taskopt/kernels"),
     ],
 )
 def test_place_of_compiled_kernels(

@@ -283,6 +283,12 @@ def largest_entry(x):
 
     The comparison is made on the bits, since those of positive floats are ordered as the floats are: integer
     comparisons vectorise, and NaN has the largest bits of all.
+
+    Args:
+        x: Vector, (n,).
+
+    Returns:
+        The largest magnitude.
     """
     bits = np.int64(0)
     for j in range(x.size):

@@ -47,7 +47,11 @@ class Report:
             _say("compiling the numeric core, once for this machine and version")
 
     def compiling(self, name: str) -> None:
-        """Show which kernel is being compiled."""
+        """Show which kernel is being compiled.
+
+        Args:
+            name: Name of the kernel.
+        """
         if self._bar:
             progress, task = self._bar
             progress.update(task, description=name)

@@ -100,6 +100,9 @@ def users_folder(configured: str) -> Path | None:
 
     Args:
         configured: NUMBA_CACHE_DIR as Numba has it, empty if it is not set.
+
+    Returns:
+        The folder, which may not exist yet.
     """
     base = configured or os.environ.get("XDG_CACHE_HOME", "")
     try:

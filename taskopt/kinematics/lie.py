@@ -138,7 +138,7 @@ def _jlog3_of_terms(wx, wy, wz, alpha, beta, out):
 
 @kernel
 def jlog3_into(R, out):
-    """Compute the inverse of the right Jacobian of SO(3): log3(R exp3(δ)) ≈ log3(R) + jlog3(R) δ.
+    """Write the matrix of `pose.jlog3` into an array; for kernels.
 
     Args:
         R: (3, 3) rotation matrix.
@@ -179,7 +179,7 @@ def _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out):
 
 @kernel
 def jlog6_into(T, out):
-    """Compute the inverse of the right Jacobian of SE(3): log6(T exp6(δ)) ≈ log6(T) + jlog6(T) δ.
+    """Write the matrix of `pose.jlog6` into an array; for kernels.
 
     Args:
         T: (4, 4) pose.
@@ -245,7 +245,7 @@ def exp3_into(omega, out):
 
 @kernel
 def exp6_into(twist, out):
-    """Compute the pose that a constant body twist reaches from the identity in unit time.
+    """Write the pose of `pose.exp6` into an array; for kernels.
 
     Args:
         twist: (6,), linear [m] then angular [rad], in the body frame.

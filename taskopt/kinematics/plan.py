@@ -14,7 +14,7 @@ the part's own parameters. `numbers` holds all floats of the plan: the buffer of
 box with which each tick starts, and the memories of the parts.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
 from functools import lru_cache
 from itertools import accumulate
@@ -123,7 +123,7 @@ def compiled_tick(
     return CompiledTick(fill_function(rows, bounds), arguments, moved)
 
 
-def _distinct(parts) -> tuple:
+def _distinct(parts: Iterable[Part]) -> tuple[object, ...]:
     """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
     kernels = dict.fromkeys(part.kernel for part in parts)
     return tuple(sorted(kernels, key=lambda found: (found.__module__, found.__qualname__)))

@@ -103,6 +103,9 @@ def link_of(shape: str) -> str:
 
     Args:
         shape: Name of the shape. Those of one link are named link_0, link_1, ….
+
+    Returns:
+        The name of the link.
     """
     return re.sub(r"_\d+$", "", shape)
 
@@ -112,6 +115,9 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
 
     Args:
         robot: The robot.
+
+    Returns:
+        One name for each shape, in the order of the robot's geometry.
     """
     names = [shape.name for shape in robot.geometry.geometryObjects]
     count = Counter(map(link_of, names))

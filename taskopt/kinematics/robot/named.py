@@ -56,6 +56,9 @@ def floats(path: Path, srdf: Path | None) -> bool:
     Args:
         path: Its URDF file.
         srdf: Its SRDF file, or None.
+
+    Returns:
+        True if its base is free in space, as that of a humanoid.
     """
     if path.stem in _FLOATING:
         return True

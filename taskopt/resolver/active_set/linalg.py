@@ -74,14 +74,26 @@ def cholesky(K: Array, m: int, rows: int) -> bool:
 
 @kernel
 def forward(K: Array, b: Array, m: int) -> None:
-    """Replace the first m entries of b by L⁻¹ b, with K as `cholesky` left it."""
+    """Replace the first m entries of b by L⁻¹ b, with K as `cholesky` left it.
+
+    Args:
+        K: (m, m) factor as `cholesky` left it: lower triangle L with an inverted diagonal.
+        b: (m,) right-hand side, overwritten by the solution.
+        m: Size of the factor.
+    """
     for a in range(m):
         b[a] = (b[a] - dot_row(K, a, b, a)) * K[a, a]
 
 
 @kernel
 def backward(K: Array, b: Array, m: int) -> None:
-    """Replace the first m entries of b by L⁻ᵀ b, with K as `cholesky` left it."""
+    """Replace the first m entries of b by L⁻ᵀ b, with K as `cholesky` left it.
+
+    Args:
+        K: (m, m) factor as `cholesky` left it: lower triangle L with an inverted diagonal.
+        b: (m,) right-hand side, overwritten by the solution.
+        m: Size of the factor.
+    """
     for a in range(m - 1, -1, -1):
         b[a] *= K[a, a]
         add_row(b, -b[a], K, a, a)
@@ -89,7 +101,18 @@ def backward(K: Array, b: Array, m: int) -> None:
 
 @kernel
 def dot_rows(A: Array, a: int, B: Array, b: int, n: int) -> float:
-    """Return Σ_j A_aj B_bj over the first n columns; a slice of an array would cost more than the sum."""
+    """Return Σ_j A_aj B_bj over the first n columns; a slice of an array would cost more than the sum.
+
+    Args:
+        A: Matrix with the first row.
+        a: Index of that row.
+        B: Matrix with the second row.
+        b: Index of that row.
+        n: Number of columns.
+
+    Returns:
+        The sum.
+    """
     total = 0.0
     for j in range(n):
         total += A[a, j] * B[b, j]
@@ -98,7 +121,17 @@ def dot_rows(A: Array, a: int, B: Array, b: int, n: int) -> float:
 
 @kernel
 def dot_row(A: Array, a: int, x: Array, n: int) -> float:
-    """Return Σ_j A_aj x_j over the first n columns."""
+    """Return Σ_j A_aj x_j over the first n columns.
+
+    Args:
+        A: Matrix with the row.
+        a: Index of the row.
+        x: Vector.
+        n: Number of columns.
+
+    Returns:
+        The sum.
+    """
     total = 0.0
     for j in range(n):
         total += A[a, j] * x[j]
@@ -107,14 +140,30 @@ def dot_row(A: Array, a: int, x: Array, n: int) -> float:
 
 @kernel
 def add_row(x: Array, factor: float, A: Array, a: int, n: int) -> None:
-    """Add factor · A_aj to x_j for the first n columns j."""
+    """Add factor · A_aj to x_j for the first n columns j.
+
+    Args:
+        x: (n,) vector, changed.
+        factor: Factor of the row.
+        A: Matrix with the row.
+        a: Index of the row.
+        n: Number of columns.
+    """
     for j in range(n):
         x[j] += factor * A[a, j]
 
 
 @kernel
 def add_rows(x: Array, factors: Array, A: Array, m: int, n: int) -> None:
-    """Add Σ_a factors_a A_aj to x_j for the first m rows a and n columns j, four rows at a time."""
+    """Add Σ_a factors_a A_aj to x_j for the first m rows a and n columns j, four rows at a time.
+
+    Args:
+        x: (n,) vector, changed.
+        factors: (m,) factor of each row.
+        A: Matrix with the rows.
+        m: Number of rows.
+        n: Number of columns.
+    """
     a = 0
     while a + 4 <= m:
         first, second, third, fourth = factors[a], factors[a + 1], factors[a + 2], factors[a + 3]
@@ -144,6 +193,11 @@ def row_values(A: Array, x: Array, value: Array) -> None:
 
 @kernel
 def copy_into(target: Array | StateArray, source: Array | StateArray) -> None:
-    """Copy `source` into `target`; assigning to a slice would take a second to compile."""
+    """Copy `source` into `target`; assigning to a slice would take a second to compile.
+
+    Args:
+        target: Array that is overwritten.
+        source: Array of the same size.
+    """
     for i in range(target.size):
         target[i] = source[i]

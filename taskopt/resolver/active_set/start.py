@@ -17,7 +17,14 @@ _GOLDEN_RATIO = 0.6180339887498949  # its multiples, modulo 1, are spread evenly
 
 @kernel
 def has_empty_interval(rows: ScaledRows) -> bool:
-    """Return True if the lower bound of an unknown or of a hard row exceeds its upper bound."""
+    """Return True if the lower bound of an unknown or of a hard row exceeds its upper bound.
+
+    Args:
+        rows: The problem.
+
+    Returns:
+        True if there is one.
+    """
     empty = False
     for j in range(rows.box_lower.size):
         empty |= rows.box_lower[j] > rows.box_upper[j]
@@ -53,7 +60,16 @@ def _correct_sides(lower: Array, upper: Array, state: StateArray) -> None:
 
 @kernel
 def box_side(value: float, lower: float, upper: float) -> int:
-    """Return the `Side` of the box that an unknown violates, or FREE."""
+    """Return the `Side` of the box that an unknown violates, or FREE.
+
+    Args:
+        value: The unknown.
+        lower: Its lower bound.
+        upper: Its upper bound.
+
+    Returns:
+        The side, by more than rounding.
+    """
     slack = SEARCH_BOX * max(1.0, abs(value))
     if value > upper + slack:
         return Side.UPPER
@@ -64,7 +80,17 @@ def box_side(value: float, lower: float, upper: float) -> int:
 
 @kernel
 def row_side(value: float, lower: float, upper: float, size: float) -> int:
-    """Return the `Side` of a row, ‖a‖ = size, that its value violates, or FREE."""
+    """Return the `Side` of a row that its value violates, or FREE.
+
+    Args:
+        value: Value of the row at some point.
+        lower: Its lower bound.
+        upper: Its upper bound.
+        size: Its Euclidean norm ‖a‖.
+
+    Returns:
+        The side, by more than rounding.
+    """
     slack = SEARCH_FEASIBLE * size
     if value > upper + slack:
         return Side.UPPER
@@ -75,7 +101,16 @@ def row_side(value: float, lower: float, upper: float, size: float) -> int:
 
 @kernel
 def violates(rows: ScaledRows, state: StateArray, goal: Point) -> bool:
-    """Return True if a point violates an unknown's bound or a row outside W."""
+    """Return True if a point violates an unknown's bound or a row outside W.
+
+    Args:
+        rows: The problem.
+        state: (n + M,) the working set.
+        goal: The point, with the values of all rows.
+
+    Returns:
+        True if it violates one.
+    """
     n = goal.x.size
     for j in range(n):
         beyond = box_side(goal.x[j], rows.box_lower[j], rows.box_upper[j])
@@ -111,7 +146,14 @@ def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) 
 
 @kernel
 def zero_is_feasible(rows: ScaledRows) -> bool:
-    """Return True if the point of the box nearest to zero keeps all hard rows."""
+    """Return True if the point of the box nearest to zero keeps all hard rows.
+
+    Args:
+        rows: The problem.
+
+    Returns:
+        True if it keeps them up to the tolerance with which hard rows may contradict each other.
+    """
     for i in range(rows.offsets[1]):
         value, slack = 0.0, SEARCH_AGREE * rows.size[i]
         for j in range(rows.box_lower.size):

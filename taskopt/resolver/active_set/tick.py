@@ -46,7 +46,15 @@ def tick_fast(
 ) -> tuple[np.int64, Count]:  # fmt: skip
     """Resolve one tick by the fast path alone.
 
-    The arguments are those of `tick`.
+    Args:
+        buffer: As in `tick`, which takes the same arguments.
+        norm: As in `tick`.
+        offsets: As in `tick`.
+        columns: As in `tick`.
+        settings: As in `tick`.
+        history: As in `tick`.
+        state: As in `tick`.
+        answer: As in `tick`.
 
     Returns:
         The `Outcome` and 0 factorisations. With FAST_PATH_REFUSED, `history` is as it was.

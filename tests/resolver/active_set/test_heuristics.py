@@ -21,7 +21,7 @@ from tests.resolver.active_set.families import any_guess, cone, degenerate, near
 Family = Callable[[int], Hierarchy]
 
 
-def solved(family: Family, seed: int, guess: bool = False) -> Resolution:
+def assert_solved(family: Family, seed: int, guess: bool = False) -> Resolution:
     """Resolve a problem by the search alone, from nothing or from a random guess; it must be proven."""
     hierarchy = family(seed)
     memory = any_guess(seed, hierarchy) if guess else None
@@ -36,54 +36,54 @@ def solved(family: Family, seed: int, guess: bool = False) -> Resolution:
 )
 def test_a_second_start_without_the_guess_finds_the_proof(family: Family, seed: int, guess: bool) -> None:
     """[c] The search from a guess ends without a proof; from the empty working set it ends with one."""
-    solved(family, seed, guess)
+    assert_solved(family, seed, guess)
 
 
 @pytest.mark.parametrize("seed", [6, 8, 14, 20, 32, 94])
 def test_perturbed_bounds_end_a_search_among_ties(seed: int) -> None:
     """[d] Up to 150 limits tie at zero: without the perturbed second search, it does not end."""
-    solved(cone, seed)
+    assert_solved(cone, seed)
 
 
 @pytest.mark.parametrize("seed", [117, 261, 434, 628])
 def test_short_steps_between_perturbed_bounds_are_progress(seed: int) -> None:
     """[g] In the second search a step of 1e-10 unlocks rows: it is of the size of the perturbation."""
-    solved(cone, seed)
+    assert_solved(cone, seed)
 
 
 @pytest.mark.parametrize("seed", [21, 26, 77])
 def test_the_second_search_starts_where_the_hard_rows_hold(seed: int) -> None:
     """[d] x = 0 keeps all hard rows; a second search from the empty working set ends without a proof."""
-    solved(near_pairs, seed, guess=True)
+    assert_solved(near_pairs, seed, guess=True)
 
 
 @pytest.mark.parametrize("seed", [1, 24, 44, 50])
 def test_the_first_search_is_given_up_in_time(seed: int) -> None:
     """[d] The second search gets most of the factorisations; the first would use them all."""
-    solved(near_pairs, seed, guess=True)
+    assert_solved(near_pairs, seed, guess=True)
 
 
 @pytest.mark.parametrize(("family", "seed"), [(saturated, 483), (saturated, 5)])
 def test_the_perturbation_is_taken_out_again(family: Family, seed: int) -> None:
     """[e] With the perturbed bounds, the answer would be off by more than what the certificate allows."""
-    solved(family, seed)
+    assert_solved(family, seed)
 
 
 @pytest.mark.parametrize("seed", [3, 22, 29, 44, 171, 210])
 def test_all_rows_that_the_guess_violates_join_at_once(seed: int) -> None:
     """[f] Bounds lie at the optimum, or a hair beside it."""
-    solved(tight_hierarchy, seed)
+    assert_solved(tight_hierarchy, seed)
 
 
 @pytest.mark.parametrize("seed", [5, 76, 541])
 def test_a_row_that_comes_straight_back_is_locked(seed: int) -> None:
     """[g] Near a singularity a row is dropped and added over and over: 550 factorisations, not 36."""
-    assert solved(saturated, seed).iterations < 150
+    assert assert_solved(saturated, seed).iterations < 150
 
 
 def test_a_dropped_row_beyond_its_other_bound_is_held_there() -> None:
     """[i] Rows with bounds on both sides: one that leaves its upper bound may lie below its lower one."""
-    solved(degenerate, 448)
+    assert_solved(degenerate, 448)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_a_dropped_row_beyond_its_other_bound_is_held_there() -> None:
 )
 def test_x_is_proven_by_multipliers_found_for_it(family: Family, seed: int) -> None:
     """[j] x is right, but the multipliers that its working set leads to do not prove it."""
-    solved(family, seed)
+    assert_solved(family, seed)
 
 
 def test_an_unknown_at_a_bound_is_exactly_there() -> None:
