@@ -96,7 +96,7 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     residuals = np.empty((hierarchy.layout.level_count + 1, RESIDUAL_KINDS))
     certify_kernel(
         hierarchy.buffer,
-        hierarchy.norm.flatten(),
+        hierarchy.norm.copy().ravel(),
         hierarchy.layout.offsets,
         hierarchy.layout.columns,
         np.ascontiguousarray(x, dtype=np.float64),

@@ -53,7 +53,7 @@ class PseudoInverse:
         return _by_formula(hierarchy, self.name, NONE, self.rule, memory)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of task priority on the equalities of the hierarchy; see `task_priority`."""
+        """Return x (n,) of `task_priority` on the equalities."""
         return task_priority(hierarchy)
 
 

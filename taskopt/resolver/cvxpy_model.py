@@ -83,7 +83,7 @@ class CvxpyModel:
         )
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of task priority on the equalities of the hierarchy; see `task_priority`."""
+        """Return x (n,) of `task_priority` on the equalities."""
         return task_priority(hierarchy)
 
 

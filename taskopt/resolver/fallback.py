@@ -62,7 +62,7 @@ class ActiveSetWithFallback:
         return (resolution if resolution.claimed else conclude(resolution)), memory
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of task priority on the equalities of the hierarchy; see `task_priority`."""
+        """Return x (n,) of `task_priority` on the equalities."""
         return self.search.closed_form(hierarchy)
 
 

@@ -97,7 +97,7 @@ class HierarchicalQP:
         return refuse_broken_claim(answered(hierarchy, x, y, state, *claim, self.accuracy, levels))
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of task priority on the equalities of the hierarchy; see `task_priority`."""
+        """Return x (n,) of `task_priority` on the equalities."""
         return task_priority(hierarchy)
 
 

@@ -43,11 +43,25 @@ class RowSet:
     index: IntArray
 
     def selected(self, which: np.ndarray) -> "RowSet":
-        """Return the rows for which the mask `which` (m,) is True."""
+        """Return the rows for which a mask is True.
+
+        Args:
+            which: Mask, (m,).
+
+        Returns:
+            The rows, as copies.
+        """
         return RowSet(self.G[which], self.lower[which], self.upper[which], self.index[which])
 
     def joined(self, other: "RowSet") -> "RowSet":
-        """Return these rows followed by those of `other`."""
+        """Return these rows followed by those of another set.
+
+        Args:
+            other: Rows on the same unknowns.
+
+        Returns:
+            The rows of both.
+        """
         return RowSet(
             np.vstack([self.G, other.G]),
             np.concatenate([self.lower, other.lower]),
@@ -56,7 +70,15 @@ class RowSet:
         )
 
     def contain(self, xi: Array, tolerance: float = LEVEL_VIOLATION) -> bool:
-        """Return True if ξ keeps all rows to a tolerance relative to max(1, |G ξ|)."""
+        """Check if a point keeps all rows.
+
+        Args:
+            xi: (n,) the point ξ.
+            tolerance: Violation that counts as none, relative to max(1, |G ξ|).
+
+        Returns:
+            True if no row is violated by more.
+        """
         value = self.G @ xi
         gap = excess(value, self.lower, self.upper)
         return bool((gap <= tolerance * np.maximum(1.0, np.abs(value))).all())

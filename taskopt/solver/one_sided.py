@@ -73,6 +73,12 @@ def compressed(matrix: Array) -> csc_matrix:
     """Return a dense matrix in compressed columns, without its zeros.
 
     It takes a tenth of the time of the constructor of SciPy that converts dense matrices.
+
+    Args:
+        matrix: (m, n).
+
+    Returns:
+        The same matrix.
     """
     columns = matrix.T
     nonzero = columns != 0.0
