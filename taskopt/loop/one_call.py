@@ -16,7 +16,7 @@ from taskopt.resolver.active_set.resolver import ActiveSet, packed
 from taskopt.resolver.active_set.tick import new_history, tick, tick_fast
 from taskopt.resolver.active_set.workspace import Outcome
 from taskopt.resolver.base import Resolver
-from taskopt.resolver.fallback import ActiveSetWithFallback, conclude
+from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.tick_review import TickReview
 
 FLAWED = -1  # the rows or bounds of a tick hold NaN, or a bound that nothing can meet
@@ -105,7 +105,7 @@ def one_call(plan: Plan, resolver: Resolver) -> OneCall | None:
     if not plan.in_one_call or plan.hierarchy.norm.ndim == 2:
         return None
     if isinstance(resolver, ActiveSetWithFallback):
-        return OneCall(plan, resolver.search, conclude)
+        return OneCall(plan, resolver.search, resolver.conclude)
     return OneCall(plan, resolver, _as_it_is) if isinstance(resolver, ActiveSet) else None
 
 

@@ -6,34 +6,36 @@ of them has to import another one. The search itself (`taskopt.resolver.active_s
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
-from taskopt.resolver.base import Memory
+from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.infeasible import limits_agree
 from taskopt.resolver.tick_review import TickReview
 
-_CASCADE = HierarchicalQP("daqp")
-
 
 @dataclass(frozen=True)
 class ActiveSetWithFallback:
-    """Resolve with the active-set search; decide by phase one what it claims to be infeasible.
+    """Resolve with the active-set search; confirm by phase one what it claims to be infeasible.
 
     It promises the lexicographic optimum inside the hard limits, proven by the certificate. Where the search
     finds no proof, which happens about once in some thousand ticks among hundreds of nearly parallel hard
-    rows, the cascade `hqp/daqp` is asked instead. Its answer is taken only if the certificate proves it, and
-    the resolution says so: `resolution.fallback` names the cascade. The status is INFEASIBLE if and only if
-    phase one finds that the hard limits contradict each other. It does not promise a bound on computing time.
+    rows, the fallback is asked. Its answer is taken only if the certificate proves it, and
+    `resolution.fallback` then has its name. The status is INFEASIBLE if and only if phase one finds that the
+    hard limits contradict each other. It does not promise a bound on computing time.
 
     Attributes:
-        search: The search without a fallback.
+        search: The search.
+        fallback: The resolver that is asked where the search finds no proof; None for none.
     """
 
     search: ActiveSet = field(default_factory=ActiveSet)
+    fallback: Resolver | None = field(default_factory=lambda: HierarchicalQP("daqp"))
 
     @property
     def name(self) -> str:
@@ -59,36 +61,37 @@ class ActiveSetWithFallback:
             InvalidValue: The memory belongs to a hierarchy of another layout.
         """
         resolution, memory = self.search(hierarchy, memory)
-        return (resolution if resolution.claimed else conclude(resolution)), memory
+        return (resolution if resolution.claimed else self.conclude(resolution)), memory
+
+    def conclude(self, resolution: Resolution) -> Resolution:
+        """Confirm what the search claims to be infeasible, and ask the fallback where it has no proof.
+
+        Args:
+            resolution: An answer of the search.
+
+        Returns:
+            The answer of the fallback, if the search ended without a proof or claimed a contradiction that
+            phase one does not find, and if that answer is proven. If it is not, a refuted INFEASIBLE becomes
+            FAILED. Any other answer is returned as it is.
+        """
+        hierarchy, status = resolution.source, resolution.status
+        if status is Status.INFEASIBLE:
+            if not limits_agree(hierarchy):
+                return resolution
+            status = Status.FAILED
+        elif status is not Status.FAILED or not np.isfinite(resolution.certificate.worst):
+            return resolution  # it stopped at the limit of iterations, or the hierarchy holds a NaN
+        if self.fallback is not None:
+            found, _ = self.fallback(hierarchy)
+            if found.claimed and found.certified():
+                iterations = resolution.iterations + found.iterations
+                proven = Resolution(
+                    hierarchy, found.answer, found.state, Status.SOLVED, iterations, TickReview
+                )
+                note = f"The active-set search found no proof; {self.fallback.name} found the optimum."
+                return proven.replaced(notes=(note,), fallback=self.fallback.name)
+        return resolution.replaced(status)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
         """Return x (n,) of `task_priority` on the equalities."""
         return self.search.closed_form(hierarchy)
-
-
-def conclude(resolution: Resolution) -> Resolution:
-    """Check what the search claims to be infeasible, and ask the cascade where the search has no proof.
-
-    Args:
-        resolution: An answer of `ActiveSet`.
-
-    Returns:
-        An answer of the cascade with `fallback` set, if the search ended without a proof or claimed a
-        contradiction that phase one does not find, and if the cascade's answer is proven. FAILED replaces a
-        refuted INFEASIBLE if the cascade finds no proof either. Any other answer is returned as it is.
-    """
-    hierarchy = resolution.source
-    status = resolution.status
-    if status is Status.INFEASIBLE:
-        if not limits_agree(hierarchy):
-            return resolution
-        status = Status.FAILED
-    elif status is not Status.FAILED or resolution.certificate.worst == float("inf"):
-        return resolution  # stopped at the limit of iterations, or the hierarchy holds a NaN
-    found, _ = _CASCADE(hierarchy)
-    if found.claimed and found.certified():
-        notes = (f"The active-set search found no proof; {_CASCADE.name} found the optimum.",)
-        iterations = resolution.iterations + found.iterations
-        proven = Resolution(hierarchy, found.answer, found.state, Status.SOLVED, iterations, TickReview)
-        return proven.replaced(notes=notes, fallback=_CASCADE.name)
-    return resolution.replaced(status)

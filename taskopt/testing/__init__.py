@@ -7,4 +7,6 @@ test framework is needed.
 
 from taskopt.testing.limit import check_limit as check_limit
 from taskopt.testing.objective import check_objective as check_objective
+from taskopt.testing.resolver import check_resolver as check_resolver
+from taskopt.testing.solver import check_solver as check_solver
 from taskopt.testing.task import check_task as check_task

@@ -1,38 +1,27 @@
 """Every solver of the table, held to its row: optimum, multipliers, infeasibility, empty parts."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from taskopt.errors import NotInstalled, UnknownName
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue, NotInstalled, UnknownName
+from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.qp import QuadraticProgram, Solution, kkt_residuals
 from taskopt.hierarchy.status import Status
-from taskopt.solver.registry import Solver, solver, solvers
+from taskopt.resolver.registry import resolve
+from taskopt.solver import registry
+from taskopt.solver.base import Solve
+from taskopt.solver.registry import Solver, register_solver, solver, solvers
+from taskopt.testing.solver import check_solver, random_program
 
 INSTALLED = [row for row in solvers() if row.installed]
 EXACT = [row for row in INSTALLED if row.accuracy <= 1e-6]
-
-
-def random_program(seed: int, feasible: bool = True) -> QuadraticProgram:
-    """Strictly convex; equality, one- and two-sided rows, a box with an open side; rows 4, 5 may clash."""
-    rng = np.random.default_rng(seed)
-    n, m = 5, 6
-    L = rng.normal(size=(n, n))
-    inside = rng.uniform(-0.5, 0.5, n)
-    C = rng.normal(size=(m, n))
-    value = C @ inside
-    lower, upper = value - rng.uniform(0.0, 1.0, m), value + rng.uniform(0.0, 1.0, m)
-    lower[0] = upper[0] = value[0]
-    lower[1], upper[2] = -np.inf, np.inf
-    if not feasible:
-        C[4] = C[5]
-        lower[4] = upper[5] + 0.5
-        upper[4] = lower[4] + 1.0
-    box = np.ones(n)
-    return QuadraticProgram.checked(
-        L.T @ L + 0.1 * np.eye(n), 3.0 * rng.normal(size=n), C, lower, upper, -box, np.append(box[1:], np.inf)
-    )
 
 
 @pytest.mark.parametrize("engine", EXACT, ids=lambda row: row.name)
@@ -65,34 +54,78 @@ def test_contradicting_rows_are_never_solved(engine: Solver) -> None:
 
 
 @pytest.mark.parametrize("engine", EXACT, ids=lambda row: row.name)
-def test_no_rows_no_box_is_the_unconstrained_minimum(engine: Solver) -> None:
-    """Empty parts are no special case: H x = −g."""
-    H = np.array([[2.0, 0.5], [0.5, 1.0]])
-    g = np.array([-1.0, 3.0])
-    solution = engine(QuadraticProgram.checked(H, g))
-    np.testing.assert_allclose(solution.x, np.linalg.solve(H, -g), atol=1e-7)
-    assert solution.y.shape == (0,)
+def test_every_solver_keeps_the_contract_of_a_solver(engine: Solver) -> None:
+    """Optimum, multipliers and their signs, empty parts, order in memory, no state, honest infeasibility."""
+    check_solver(engine, accuracy=engine.accuracy, proves_infeasible=engine.proves_infeasible)
 
 
-@pytest.mark.parametrize("engine", EXACT, ids=lambda row: row.name)
-def test_the_side_of_a_bound_gives_the_sign_of_its_multiplier(engine: Solver) -> None:
-    """min ½x² + ½z² pushed against x ≤ −1 and z ≥ 2: y_x = 1 > 0 above, y_z = −2 < 0 below."""
-    qp = QuadraticProgram.checked(np.eye(2), np.zeros(2), box_lower=[-np.inf, 2.0], box_upper=[-1.0, np.inf])
-    solution = engine(qp)
-    np.testing.assert_allclose(solution.y_box, [1.0, -2.0], atol=1e-6)
-    rows = QuadraticProgram.checked(
-        np.eye(2), np.zeros(2), np.eye(2), lower=[-np.inf, 2.0], upper=[-1.0, np.inf]
-    )
-    np.testing.assert_allclose(engine(rows).y, [1.0, -2.0], atol=1e-6)
+def daqp_but(**wrong: Callable[[Solution], Array]) -> Callable[[QuadraticProgram, float], Solution]:
+    """DAQP, with some parts of its solution replaced."""
+
+    def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
+        found = solver("daqp")(qp, accuracy)
+        return replace(found, **{part: lie(found) for part, lie in wrong.items()})
+
+    return solve
 
 
-@pytest.mark.parametrize("engine", EXACT, ids=lambda row: row.name)
-def test_the_order_of_arrays_in_memory_does_not_matter(engine: Solver) -> None:
-    """The same program with column-major H and C has the same optimum."""
-    qp = random_program(3)
-    parts = (qp.g, np.asfortranarray(qp.C), qp.lower, qp.upper, qp.box_lower, qp.box_upper)
-    turned = QuadraticProgram(np.asfortranarray(qp.H), *parts)
-    np.testing.assert_allclose(engine(turned).x, engine(qp).x, atol=1e-7)
+def in_place(qp: QuadraticProgram, accuracy: float) -> Solution:
+    """It scales the gradient where it lies."""
+    found = solver("daqp")(qp, accuracy)
+    qp.g[:] *= 2.0
+    return found
+
+
+class Remembering:
+    """It answers with what it found the time before."""
+
+    last: Solution | None = None
+
+    def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
+        found = solver("daqp")(qp, accuracy)
+        old = self.last
+        self.last = replace(found, x=found.x + 1e-3)
+        return found if old is None else old
+
+
+@pytest.mark.parametrize(
+    ("lie", "sentence"),
+    [
+        (daqp_but(x=lambda found: found.x + 1e-6), "of random program 0 is"),
+        (daqp_but(y=lambda found: -found.y), "of random program 0 is"),
+        (daqp_but(y_box=lambda found: found.y_box[:-1]), "have shapes"),
+        (daqp_but(status=lambda found: Status.FAILED), "claims FAILED of random program 0"),
+        (daqp_but(status=lambda found: Status.SOLVED), "contradict each other"),
+        (in_place, "changed the arrays"),
+        (Remembering(), "solved a second time"),
+    ],
+)
+def test_the_check_catches_a_solver_that_lies(lie: Solve, sentence: str) -> None:
+    """Each planted fault is named in the sentence of the error."""
+    with pytest.raises(AssertionError, match=sentence):
+        check_solver(lie, proves_infeasible=True)
+
+
+def test_a_solver_of_ones_own_resolves_hierarchies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Registered by name, it is found by `hqp/` and `wqp/`; other names are suggested, taken ones refused."""
+    monkeypatch.setattr(registry, "_known", dict(registry._known))
+    row = register_solver("mine", daqp_but(), accuracy=1e-9, proves_infeasible=True)
+    check_solver(row, accuracy=row.accuracy, proves_infeasible=True)
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [5.0])], box=(-np.ones(2), np.ones(2)))
+    for family in ("hqp", "wqp"):
+        np.testing.assert_allclose(resolve(hierarchy, f"{family}/mine").x, [1.0, 1.0], atol=1e-9)
+    with pytest.raises(UnknownName, match=r"did you mean .*hqp/mine"):
+        resolve(hierarchy, "hqp/mina")
+    with pytest.raises(InvalidValue, match="'mine' already"):
+        register_solver("mine", daqp_but())
+    assert register_solver("mine", daqp_but(), method="other", replace=True).method == "other"
+
+
+@pytest.mark.parametrize(("name", "function"), [("", len), ("a/b", len), ("c", 3.0)])
+def test_what_cannot_be_a_solver_is_refused(name: str, function: Any) -> None:
+    """A name that a resolver could not be asked for by, and something that cannot be called."""
+    with pytest.raises(InvalidValue, match=r"slash|function"):
+        register_solver(name, function)
 
 
 def test_a_wrong_sign_is_caught() -> None:
