@@ -21,8 +21,9 @@ from taskopt.resolver.weighted import WeightedQP
 from taskopt.testing.resolver import check_resolver, random_hierarchy
 
 LOOSE = ("highs", "osqp", "scs")  # solvers that are not held to the accuracy of a proof
-NAMES = [name for name in resolver_names() if not name.endswith(LOOSE) and name.count("/") < 2]
-SLOW = ("cvxpy", "wqp/proxqp", "hqp/proxqp", "hqp/piqp", "wqp/piqp")
+# ProxQP does not always reach what it is asked for of weighted problems; it then stops at its limit of steps.
+NAMES = [name for name in resolver_names() if not name.endswith(LOOSE) and name != "wqp/proxqp"]
+SLOW = ("cvxpy", "hqp/proxqp", "hqp/piqp", "wqp/piqp")
 
 
 @pytest.mark.parametrize(
