@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, PROVEN
-from taskopt.hierarchy.view import RESIDUAL_KINDS, view_rows
+from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 
 RESIDUALS = ("stationarity", "primal", "dual", "complementarity")  # the columns of `Certificate.residuals`
@@ -123,7 +123,9 @@ class _Judged(NamedTuple):
 
 
 @kernel_apart
-def certify_kernel(buffer, norm, offsets, columns, x, y, out):
+def certify_kernel(
+    buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, x: Array, y: Array, out: Array
+) -> float:
     """Fill `out` with the residuals of x and y; return the largest, or inf where something is NaN.
 
     Args:
@@ -167,7 +169,7 @@ def certify_kernel(buffer, norm, offsets, columns, x, y, out):
 
 
 @kernel
-def _feasibility(rows, x, judged):
+def _feasibility(rows: Rows, x: Array, judged: _Judged) -> float:
     """Fill `judged`, equalities sign-free; return the worst relative violation of box and hard rows."""
     n, hard = x.size, rows.offsets[1]
     primal, missing = 0.0, False
@@ -198,7 +200,7 @@ def _feasibility(rows, x, judged):
 
 
 @kernel
-def _largest_term(A, i, x):
+def _largest_term(A: Array, i: int, x: Array) -> float:
     """Return max_j |A_ij x_j|."""
     largest = 0.0
     for j in range(x.size):
@@ -207,7 +209,9 @@ def _largest_term(A, i, x):
 
 
 @kernel
-def _level_gradient(rows, judged, k, x, reach, y, gradient):
+def _level_gradient(
+    rows: Rows, judged: _Judged, k: int, x: Array, reach: float, y: Array, gradient: Array
+) -> float:
     """Fill `gradient` with the stationarity of level k, (n,), and return the scale of the level.
 
     The scale is the largest term of the level's own gradient, and at least what its rows give for an x of
@@ -240,7 +244,9 @@ def _level_gradient(rows, judged, k, x, reach, y, gradient):
 
 
 @kernel
-def _signs_of_level(rows, judged, k, x, y, scale, residual):
+def _signs_of_level(
+    rows: Rows, judged: _Judged, k: int, x: Array, y: Array, scale: float, residual: float
+) -> tuple[float, float]:
     """Return the worst dual and complementarity residuals of level k, relative to its scale.
 
     A multiplier of the right sign that is certain, so larger than rounding and than the stationarity left
@@ -266,7 +272,9 @@ def _signs_of_level(rows, judged, k, x, y, scale, residual):
 
 
 @kernel
-def _free_violated_rows(rows, judged, k, reach, scale, residual):
+def _free_violated_rows(
+    rows: Rows, judged: _Judged, k: int, reach: float, scale: float, residual: float
+) -> None:
     """Make the violated rows of level k sign-free for the levels after it, where the violation is certain."""
     n, levels = rows.box_lower.size, rows.offsets.size - 2
     certain = max(CERTIFICATE_ROUNDING * scale, CERTAIN_MULTIPLIER * residual)
@@ -278,7 +286,7 @@ def _free_violated_rows(rows, judged, k, reach, scale, residual):
 
 
 @kernel
-def largest_entry(x):
+def largest_entry(x: Array) -> float:
     """Return max |x_j|, or NaN if there is one.
 
     The comparison is made on the bits, since those of positive floats are ordered as the floats are: integer
@@ -297,7 +305,7 @@ def largest_entry(x):
 
 
 @kernel
-def _sign(y, value, lower, upper):
+def _sign(y: float, value: float, lower: float, upper: float) -> tuple[float, float]:
     """Return by how much the sign of y is wrong, and min(|y|, distance to the nearer bound).
 
     The residual is the minimum and not the product, since a product of 1e-14 may hide a distance of 1e-7.

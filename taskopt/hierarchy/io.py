@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -56,7 +57,7 @@ def read(path: Path) -> tuple[Layout, Array, Array]:
     return layout, np.ascontiguousarray(buffer, np.float64), np.asarray(norm, np.float64)
 
 
-def _layout(names: dict) -> Layout:
+def _layout(names: dict[str, Any]) -> Layout:
     """Return the layout that JSON text holds; wrong text raises whatever reading it raises."""
     if names.pop("format") != _FORMAT:
         raise ValueError(f"this version reads format {_FORMAT}")
@@ -64,6 +65,6 @@ def _layout(names: dict) -> Layout:
     return Layout(blocks=blocks, **_with_tuples(names))
 
 
-def _with_tuples(names: dict) -> dict:
+def _with_tuples(names: dict[str, Any]) -> dict[str, Any]:
     """Return the same entries with tuples for lists, as frozen records hold them."""
     return {key: tuple(value) if isinstance(value, list) else value for key, value in names.items()}

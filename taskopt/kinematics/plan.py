@@ -18,7 +18,8 @@ from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
 from functools import lru_cache
 from itertools import accumulate
-from typing import NamedTuple
+from types import FunctionType
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -123,9 +124,9 @@ def compiled_tick(
     return CompiledTick(fill_function(rows, bounds), arguments, moved)
 
 
-def _distinct(parts: Iterable[Part]) -> tuple[object, ...]:
+def _distinct(parts: Iterable[Part]) -> tuple[FunctionType, ...]:
     """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
-    kernels = dict.fromkeys(part.kernel for part in parts)
+    kernels = dict.fromkeys(cast("FunctionType", part.kernel) for part in parts)
     return tuple(sorted(kernels, key=lambda found: (found.__module__, found.__qualname__)))
 
 

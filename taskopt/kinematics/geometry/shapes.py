@@ -201,7 +201,7 @@ def _vector(name: str, value: ArrayLike) -> Point:
     return x, y, z
 
 
-def _nested(array: Array) -> tuple:
+def _nested(array: Array) -> tuple[float | tuple[float, ...], ...]:
     """Turn an array into nested tuples, so that an obstacle can be compared and hashed."""
     return tuple(map(tuple, array.tolist())) if array.ndim == 2 else tuple(array.tolist())
 

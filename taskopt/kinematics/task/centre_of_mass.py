@@ -95,7 +95,7 @@ class BoundCentreOfMass(BoundTask):
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         m, self.memory, self._table = len(self._rows), memory, memory.reshape(-1, 6)
-        self.desired = self._table[_TARGET : _TARGET + 4, :4]
+        self.desired = self._pose = self._table[_TARGET : _TARGET + 4, :4]
         self.actual = self._table[_ACTUAL : _ACTUAL + 4, :4]
         self.gain, self.error = self._table[_GAIN, :m], self._table[_ERROR, :m]
         self._twist, self._moving = self._table[_TWIST], self._table[_MOVING]  # kept: a view costs 0.2 µs
@@ -108,7 +108,7 @@ class BoundCentreOfMass(BoundTask):
 
     def aim(self, t: float) -> None:
         """Write the target point at t [s], and its rate where it has one."""
-        self._moving[0] = self._course(t, self.desired, self._twist)
+        self._moving[0] = self._course(t, self._pose, self._twist)
 
 
 # Rows of the table (rows, 6): two poses, then three numbers each; for each joint the mass of its body and the

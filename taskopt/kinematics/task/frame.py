@@ -218,7 +218,7 @@ class BoundFrame(BoundTask):
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         self.memory, self._table = memory, memory.reshape(k.MEMORY_SHAPE)
-        self.desired = self._table[k.TARGET : k.TARGET + 4, :4]
+        self.desired = self._pose = self._table[k.TARGET : k.TARGET + 4, :4]
         self.actual = self._table[k.ACTUAL : k.ACTUAL + 4, :4]
         self.error = self._table[k.ERROR, : len(self._rows)]
         self._twist, self._moving = self._table[k.TWIST], self._table[k.MOVING]  # kept: a view costs 0.2 µs
@@ -231,4 +231,4 @@ class BoundFrame(BoundTask):
 
     def aim(self, t: float) -> None:
         """Write the target pose at t [s], and its rate where it has one."""
-        self._moving[0] = self._course(t, self.desired, self._twist)
+        self._moving[0] = self._course(t, self._pose, self._twist)
