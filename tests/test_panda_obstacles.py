@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taskopt.compare import tracking_error
 from taskopt.kinematics.configuration import Configuration
-from taskopt.loop.run import Step, run
+from taskopt.loop.run import Step, run, tracking_error
 from taskopt.loop.scenario import Scenario, load_scenario
 from taskopt.resolver.registry import resolver
 

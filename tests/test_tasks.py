@@ -10,10 +10,9 @@ import pytest
 
 from taskopt import Manipulability, Stack
 from taskopt.arrays import Array
-from taskopt.compare import tracking_error
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import ObstacleDistance
-from taskopt.loop.run import Step, run
+from taskopt.loop.run import Step, run, tracking_error
 from taskopt.loop.scenario import Scenario, load_scenario, scenario_files
 from taskopt.resolver.closed_form import in_range, square_inverse
 from taskopt.resolver.registry import resolver
