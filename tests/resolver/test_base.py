@@ -7,7 +7,7 @@ import pytest
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.resolver.base import Memory, Resolver
+from taskopt.resolver.base import Memory, Resolver, final_state
 from taskopt.resolver.registry import resolver
 
 BOX = ([-1.0, -1.0], [1.0, 1.0])
@@ -52,3 +52,20 @@ def test_a_logged_active_set_may_have_any_integer_type() -> None:
     """A file may have widened it."""
     wide = Memory(np.array([0, 1, 1], dtype=np.int64))  # type: ignore[arg-type]
     np.testing.assert_allclose(resolver("active-set")(HIERARCHY, wide)[0].x, [0.5, 0.5], atol=1e-12)
+
+
+def test_violated_rows_are_active_without_a_multiplier() -> None:
+    """x = 0.5 misses x ≥ 1 and x ≤ 0.2 and keeps x ≤ 2; equalities never count."""
+    rows = Level([[1.0]] * 4, lower=[1.0, -np.inf, -np.inf, 0.0], upper=[np.inf, 0.2, 2.0, 0.0])
+    hierarchy = Hierarchy([rows], box=([-1.0], [1.0]))
+    state = final_state(hierarchy, np.array([0.5]), np.zeros((2, 5)))
+    np.testing.assert_array_equal(state, [0, -1, 1, 0, 0])
+
+
+def test_rows_with_a_multiplier_are_active_from_the_threshold_on() -> None:
+    """1e-9 of the largest multiplier of a level counts, less is rounding."""
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [9.0])], box=([-1.0, -1.0], [1.0, 1.0]))
+    y = np.array([[10.0, 2e-8, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(final_state(hierarchy, np.ones(2), y), [1, 1, 0])
+    y[0, 1] = 5e-9
+    np.testing.assert_array_equal(final_state(hierarchy, np.ones(2), y), [1, 0, 0])

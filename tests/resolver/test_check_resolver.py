@@ -228,10 +228,20 @@ def test_a_contradiction_that_phase_one_does_not_find_is_no_answer() -> None:
 
 
 def test_a_fallback_that_proves_nothing_is_not_taken() -> None:
-    """Any resolver can be the fallback; one that fails leaves the search's own FAILED."""
+    """Any resolver can be the fallback; one that fails, or claims without a proof, leaves FAILED."""
     hierarchy = random_hierarchy(3)
     taken, _ = ActiveSetWithFallback(Lost(), fallback=Own())(hierarchy)
     assert taken.fallback == "own"
-    refused, _ = ActiveSetWithFallback(Lost(), fallback=Lost())(hierarchy)
-    assert refused.fallback is None
-    assert refused.status is Status.FAILED
+    for useless in (Lost(), Unproven()):
+        refused, _ = ActiveSetWithFallback(Lost(), fallback=useless)(hierarchy)
+        assert refused.fallback is None
+        assert refused.status is Status.FAILED
+
+
+def test_limits_that_contradict_stay_infeasible() -> None:
+    """Phase one confirms what the search claims, and nobody else is asked."""
+    limits = Level([[1.0, 1.0]], lower=[3.0])
+    hierarchy = Hierarchy([Level([[1.0, 0.0]], [0.5])], box=(-np.ones(2), np.ones(2)), limits=limits)
+    answer, _ = ActiveSetWithFallback(fallback=Own())(hierarchy)
+    assert answer.status is Status.INFEASIBLE
+    assert answer.fallback is None

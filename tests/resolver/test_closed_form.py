@@ -267,3 +267,17 @@ def test_the_same_tick_gives_the_same_bits() -> None:
     """No hidden state."""
     hierarchy = random_hierarchy(3, "generic")
     np.testing.assert_array_equal(task_priority(hierarchy), task_priority(hierarchy))
+
+
+def test_one_level_has_the_ratio_of_two() -> None:
+    """The norm comes below the only level, so that two weights share the spread of 1e6."""
+    assert level_ratio(1) == level_ratio(2) == pytest.approx(1e-3)
+    assert level_ratio(3) == pytest.approx(1e-2)
+
+
+@pytest.mark.parametrize(("share", "reachable"), [(0.0, True), (1e-12, True), (1e-7, False), (1.0, False)])
+def test_the_range_of_a_jacobian_is_as_wide_as_rounding(share: float, reachable: bool) -> None:
+    """v is a motion of the hand plus a share of a direction that the singular arm has lost."""
+    J = with_singular_values(2, np.array([1.0, 0.8, 0.5, 0.3, 0.1, 0.0]))
+    lost, inside = np.linalg.svd(J)[0][:, -1], J @ np.ones(7)
+    assert in_range(J, inside + share * np.linalg.norm(inside) * lost) is reachable

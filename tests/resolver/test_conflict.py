@@ -66,6 +66,21 @@ def test_removing_any_one_member_makes_it_feasible(seed):
         assert can_hold(hierarchy, members - {member})
 
 
+def test_members_are_fewer_than_the_sides_that_give_way():
+    """The least relaxation spreads over more sides than contradict each other; the members stay minimal."""
+    spread = 0
+    for seed in range(30):
+        hierarchy = random_limits(seed)
+        found = find_conflict(hierarchy)
+        if found is None:
+            continue
+        members = set(found.members)
+        assert not can_hold(hierarchy, members)
+        assert all(can_hold(hierarchy, members - {member}) for member in members)
+        spread += len(found.relaxation) > len(members)
+    assert spread >= 3
+
+
 @given(SEEDS)
 @settings(deadline=None, max_examples=40)
 def test_the_relaxation_is_enough(seed):

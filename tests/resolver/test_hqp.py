@@ -206,3 +206,40 @@ def test_a_satisfied_row_of_a_level_that_cannot_be_met_still_binds_below(name: s
     resolution, _ = HierarchicalQP(name)(Hierarchy(levels, box=([-0.5, -9.0], [0.5, 9.0])))
     np.testing.assert_allclose(resolution.x, [-0.5, 1.0], atol=1e-9)
     assert resolution.certified()
+
+
+def tight(seed: int) -> Hierarchy:
+    """Small integer rows, by turns with noise of 1e-6, weights over six decades, and a box that binds."""
+    rng = np.random.default_rng(seed)
+    n, levels = 6, []
+    for _ in range(3):
+        m = int(rng.integers(1, 4))
+        noise = 1e-6 * rng.normal(size=(m, n))
+        A = rng.integers(-2, 3, (m, n)).astype(float) + noise * (rng.random() < 0.5)
+        b = 3.0 * rng.normal(size=m)
+        equal = rng.random() < 0.5
+        levels.append(Level(A, b) if equal else Level(A, upper=b, weight=10.0 ** rng.uniform(-3.0, 3.0, m)))
+    return Hierarchy(levels, box=(-rng.uniform(0.0, 0.5, n), rng.uniform(0.0, 0.5, n)))
+
+
+@pytest.mark.parametrize(("name", "seed"), [("daqp", 85), ("clarabel", 17)])
+def test_proximal_steps_are_tried_again_with_a_stronger_pull(name: str, seed: int) -> None:
+    """With the weakest pull alone the solver gives up on these two, or is off by 5e-6."""
+    resolution, _ = HierarchicalQP(name)(tight(seed))
+    assert resolution.certified()
+    assert resolution.solved
+
+
+@pytest.mark.parametrize(("name", "seed"), [("daqp", 85), ("quadprog", 2)])
+def test_rows_that_hold_a_level_back_are_frozen_and_the_others_clipped(name: str, seed: int) -> None:
+    """Without either, the next program has no feasible point but for rounding, and a level stays unserved."""
+    resolution, _ = HierarchicalQP(name)(tight(seed))
+    assert resolution.certified()
+    assert resolution.solved
+
+
+@pytest.mark.parametrize(("gap", "status"), [(1e-8, Status.INFEASIBLE), (1e-10, Status.SOLVED)])
+def test_hard_equalities_agree_to_rounding_and_no_further(gap: float, status: Status) -> None:
+    """x = 1 and x = 1 + gap: half of the gap is left of each, which 1e-9 tells from rounding."""
+    hierarchy = Hierarchy([Level([[1.0]], [0.0])], limits=Level([[1.0], [1.0]], [1.0, 1.0 + gap]))
+    assert HierarchicalQP("daqp")(hierarchy)[0].status is status

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.infeasible import limits_agree, no_answer
+from taskopt.resolver.base import Memory, answered
+from taskopt.resolver.infeasible import limits_agree, no_answer, refuse_broken_claim
 from taskopt.resolver.registry import resolve
 
 FAMILIES = [
@@ -39,3 +41,27 @@ def test_limits_that_contradict_are_infeasible_whoever_was_asked(name: str, gap:
     answer = resolve(hierarchy, name)
     assert answer.status is Status.INFEASIBLE
     assert not answer.certified()
+
+
+def claimed(hierarchy: Hierarchy, x: float) -> tuple[Resolution, Memory]:
+    """An answer that claims to be the optimum."""
+    width, levels = hierarchy.layout.width, hierarchy.layout.level_count
+    state = np.zeros(width, dtype=np.int8)
+    return answered(hierarchy, np.array([x]), np.zeros((levels + 1, width)), state, Status.SOLVED)
+
+
+def test_a_claim_that_breaks_hard_limits_is_not_sent_where_every_answer_must() -> None:
+    """x ≥ 1.5 and x ≤ 1: x = 1.2 may be claimed by a solver with coarse tolerances, and is no velocity."""
+    hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-1.0], [1.0]), limits=Level([[1.0]], lower=[1.5]))
+    answer, _ = refuse_broken_claim(claimed(hierarchy, 1.2))
+    assert answer.status is Status.INFEASIBLE
+    assert np.isnan(answer.x).all()
+
+
+def test_a_claim_is_returned_as_it_is_where_limits_hold_or_can_hold() -> None:
+    """Inside the limits, and outside of limits that agree, where the certificate refuses it."""
+    hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-1.0], [1.0]))
+    for x in (1.0, 1.2):
+        answer = claimed(hierarchy, x)
+        assert refuse_broken_claim(answer) is answer
+    assert not claimed(hierarchy, 1.2)[0].certified()
