@@ -214,8 +214,8 @@ def tight(seed: int) -> Hierarchy:
     n, levels = 6, []
     for _ in range(3):
         m = int(rng.integers(1, 4))
-        noise = 1e-6 * rng.normal(size=(m, n))
-        A = rng.integers(-2, 3, (m, n)).astype(float) + noise * (rng.random() < 0.5)
+        A = rng.integers(-2, 3, (m, n)).astype(float)
+        A += 1e-6 * rng.normal(size=(m, n)) * (rng.random() < 0.5)
         b = 3.0 * rng.normal(size=m)
         equal = rng.random() < 0.5
         levels.append(Level(A, b) if equal else Level(A, upper=b, weight=10.0 ** rng.uniform(-3.0, 3.0, m)))
