@@ -112,11 +112,14 @@ if TYPE_CHECKING:
     from taskopt.resolver.infeasible import ConflictPolicy as ConflictPolicy
     from taskopt.resolver.infeasible import Side as Side
     from taskopt.resolver.infeasible import find_conflict as find_conflict
+    from taskopt.resolver.registry import register_resolver as register_resolver
     from taskopt.resolver.registry import resolve as resolve
     from taskopt.resolver.registry import resolver_names as resolver_names
     from taskopt.resolver.regret import regret as regret
     from taskopt.resolver.weighted import WeightedQP as WeightedQP
+    from taskopt.solver.base import Solve as Solve
     from taskopt.solver.registry import Solver as Solver
+    from taskopt.solver.registry import register_solver as register_solver
     from taskopt.solver.registry import solvers as solvers
 
 _HOME = {
@@ -201,6 +204,7 @@ _HOME = {
     "SelfDistance": "taskopt.kinematics.objective",
     "Side": "taskopt.resolver.infeasible",
     "Solution": "taskopt.hierarchy.qp",
+    "Solve": "taskopt.solver.base",
     "Solver": "taskopt.solver.registry",
     "Sphere": "taskopt.kinematics.geometry",
     "Stack": "taskopt.kinematics.stack",
@@ -220,6 +224,8 @@ _HOME = {
     "largest_jump": "taskopt.kinematics.task.transition",
     "load_scenario": "taskopt.loop.scenario",
     "planar_arm": "taskopt.kinematics.robot",
+    "register_resolver": "taskopt.resolver.registry",
+    "register_solver": "taskopt.solver.registry",
     "regret": "taskopt.resolver.regret",
     "resolve": "taskopt.resolver.registry",
     "resolver_names": "taskopt.resolver.registry",

@@ -378,7 +378,20 @@ _OF_RESOLVERS = (
         "problem.weight[count:] = 1.0",
     ),
     _constant("levels of hqp may be violated 1e3 times more", "LEVEL_VIOLATION", "1e-9", "1e-6"),
-    _constant("rows of hqp freeze from 1e3 times larger multipliers on", "LEVEL_MULTIPLIER", "1e-6", "1e-3"),
+    _constant(
+        "rows of hqp freeze from 1e3 times larger multipliers on",
+        "LEVEL_MULTIPLIER",
+        "1e-6",
+        "1e-3",
+        harmless="While a level keeps its residuals, a row with a multiplier stays at its bound;"
+        " lower levels see it as an inequality that can only hold with equality.",
+    ),
+    Fault(
+        "rows that hold a level of hqp back are not frozen",
+        "resolver/hqp.py",
+        "before.selected(active).G",
+        "before.selected(active & False).G",
+    ),
     Fault(
         "known-feasible rows are not clipped",
         "resolver/level_qp.py",

@@ -459,10 +459,11 @@ Larger: a violated row stays an inequality that cannot be met, and lower levels 
 """
 
 LEVEL_MULTIPLIER = 1e-6
-"""Multiplier, relative to the largest of its level, from which a row at its bound is held for lower levels.
+"""Multiplier, relative to the largest of its level, from which a row at its bound is frozen for lower levels.
 
-Smaller: rows that a solver gave a wrong tiny multiplier are held and take freedom from lower levels. Larger:
-lower levels may leave a bound that a higher level needs, and make that level worse.
+Smaller: rows to which a solver gave a wrong tiny multiplier are frozen and take freedom from lower levels.
+Larger: rows stay inequalities although they can hold with equality only. Exact arithmetic gives the same
+answer then, but programs whose feasible set has no interior are harder for solvers.
 """
 
 REDUNDANT_ROW = 1e-9

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
@@ -42,7 +42,7 @@ class RowSet:
     upper: Array
     index: IntArray
 
-    def selected(self, which: np.ndarray) -> "RowSet":
+    def selected(self, which: Mask) -> "RowSet":
         """Return the rows for which a mask is True.
 
         Args:
