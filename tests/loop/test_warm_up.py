@@ -35,7 +35,8 @@ def not_compiled(fault: str = "") -> list[str]:
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 def test_every_kernel_is_compiled() -> None:
     """After the warm-up each kernel has machine code, its own or within that of a kernel which calls it."""
-    assert set(not_compiled()) <= {"box_of", "_no_rows", "_no_bounds"}  # which some plans need, not all
+    # Some plans need these, not all; or they are merged into kernels that are made for one plan.
+    assert set(not_compiled()) <= {"box_of", "_no_rows", "_no_bounds", "problem_in"}
 
 
 @pytest.mark.slow
