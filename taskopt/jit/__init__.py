@@ -25,6 +25,7 @@ Numba's internals are used in this file only, and `pyproject.toml` bounds its ve
 import hashlib
 import pickle
 import platform
+import sys
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -246,8 +247,8 @@ class _KernelCache(_Cache):
     def save_overload(self, sig: Types, data: CompileResult) -> None:
         """Keep the machine code of a signature."""
         _report.compiled()
-        if data.library.has_dynamic_globals or data.lifted:
-            return  # it holds addresses of this process
+        if data.library.has_dynamic_globals or data.lifted or not _stands_in_a_module(self._owner.py_func):
+            return  # it holds addresses of this process, or names that no other process knows
         called = [
             (callee.stamp, arguments, result.fndesc.mangled_name)
             for callee in self._owner.called_by_name()
@@ -269,6 +270,12 @@ class _KernelCache(_Cache):
 
     def flush(self) -> None:
         """Do nothing: files never go stale, and `Store.clean` deletes the old ones."""
+
+
+def _stands_in_a_module(function: Callable[..., object]) -> bool:
+    """Return False for a function of executed text, such as a snippet, whose names nobody can import."""
+    module = sys.modules.get(function.__module__ or "")
+    return module is not None and vars(module) is function.__globals__
 
 
 def _describe(argument: types.Type) -> str:

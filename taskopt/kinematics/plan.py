@@ -127,7 +127,7 @@ def compiled_tick(
 def _distinct(parts: Iterable[Part]) -> tuple[FunctionType, ...]:
     """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
     kernels = dict.fromkeys(cast("FunctionType", part.kernel) for part in parts)
-    return tuple(sorted(kernels, key=lambda found: (found.__module__, found.__qualname__)))
+    return tuple(sorted(kernels, key=lambda found: (str(found.__module__), found.__qualname__)))
 
 
 @lru_cache(maxsize=256)
