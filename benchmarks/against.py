@@ -101,7 +101,7 @@ def compare(old: Worker, new: Worker, case: str, ticks: int) -> Pass:
         order = (0, 1) if turn % 2 == 0 else (1, 0)
         for who in order:
             answer = workers[who].ask(f"block {first} {min(first + BLOCK, ticks)}")
-            if first >= WARM:
+            if first >= WARM and len(answer["times"]) > COLD:
                 times[who].append(float(np.median(answer["times"][COLD:])))
             counts[:, who] += [answer["fallbacks"], answer["searches"]]
     fallbacks, searches = ((int(pair[0]), int(pair[1])) for pair in counts)
