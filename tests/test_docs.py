@@ -9,12 +9,14 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+import taskopt
 from taskopt import Stack
 from taskopt.cli import app
 from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.resolver.registry import resolver_names
 
 ROOT = Path(__file__).parents[1]
+PACKAGE = Path(taskopt.__file__).parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 PRINTS = "# prints "
 
@@ -105,3 +107,28 @@ def test_every_row_of_the_table_of_objectives_runs_and_has_its_figure() -> None:
         assert match
         assert match[1] == match[2]
         assert (ROOT / "tasks" / f"{match[1]}.py").is_file()
+
+
+def missing_names(page: str) -> list[str]:
+    """Files in code marks that are not there, and names in code marks that no source file mentions."""
+    source = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
+    marked = set(re.findall(r"`([A-Za-z_./]+)`", page))
+    files = {name for name in marked if name.endswith((".py", ".md", ".toml")) or "/" in name}
+    here = [PACKAGE.parent, ROOT]
+    absent = [name for name in files if not any((folder / name).exists() for folder in here)]
+    known = {name for name in marked - files if all(part in source for part in name.split("."))}
+    programs = {"lint-imports", "taskopt warmup", "explain"}
+    return sorted([*absent, *(marked - files - known - programs)])
+
+
+def test_the_architecture_names_what_is_there() -> None:
+    """Each file, function and class that the page names exists."""
+    assert missing_names(text(ROOT / "docs" / "architecture.md")) == []
+
+
+def test_a_name_that_is_gone_is_caught() -> None:
+    """A file and a function that do not exist."""
+    assert missing_names("`taskopt/tick.py` has `normal_tick_of_old`") == [
+        "normal_tick_of_old",
+        "taskopt/tick.py",
+    ]
