@@ -288,7 +288,8 @@ def _modules_that_define(name: str) -> list[str]:
     heads = tuple(f"{word}{name}{end}" for word in ("class ", "def ") for end in "(:[") + (f"{name} = ",)
     files = sorted(root.rglob("*.py"))
     found = [file for file in files if any(s.startswith(heads) for s in file.read_text("utf-8").splitlines())]
-    return [".".join(["taskopt", *file.relative_to(root).with_suffix("").parts]) for file in found]
+    paths = [file.parent if file.stem == "__init__" else file.with_suffix("") for file in found]
+    return [".".join(["taskopt", *path.relative_to(root).parts]) for path in paths]
 
 
 def _is_module(name: str) -> bool:

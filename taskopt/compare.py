@@ -14,7 +14,7 @@ from taskopt.record.run_info import RunInfo
 from taskopt.record.summary import Summary
 from taskopt.record.violation import LimitGauge
 from taskopt.resolver.base import Resolver
-from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.registry import as_resolver
 
 
 class Comparison:
@@ -42,9 +42,7 @@ class Comparison:
 
     def __init__(self, scenario: Scenario, resolvers: Sequence[str | Resolver]) -> None:
         self.scenario = scenario
-        self.resolvers: tuple[Resolver, ...] = tuple(
-            resolver_named(given) if isinstance(given, str) else given for given in resolvers
-        )
+        self.resolvers: tuple[Resolver, ...] = tuple(as_resolver(given) for given in resolvers)
         names = [resolver.name for resolver in self.resolvers]
         self.baseline = "pinv" if "pinv" in names else names[0]
         gauge = LimitGauge(RunInfo(scenario, tuple(names)))

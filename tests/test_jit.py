@@ -51,13 +51,21 @@ def inner(x):
     """Scale and shift."""
     return constants.SCALE * x + SHIFTS[1] + TABLE[0] + WIDE  # 2 x + 3.5
 ''',
+    "foreign.py": """
+import numba
+
+@numba.njit
+def foreign(x):
+    return 1.0 * x
+""",
     "middle.py": """
 from taskopt.jit import kernel, kernel_apart
 from small import inner
+from small.foreign import foreign
 
 @kernel
 def middle(x, factor=1.0):
-    return factor * inner.inner(x)
+    return factor * foreign(inner.inner(x))
 """,
     "outer.py": """
 from taskopt.jit import kernel_apart
@@ -133,6 +141,7 @@ def stamp(folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 CHANGES = {
+    "a function that somebody else compiled": ("foreign.py", "1.0 * x", "1.5 * x"),
     "a constant of another module": ("constants.py", "SCALE = 2.0", "SCALE = 3.0"),
     "the type of a constant": ("constants.py", "SCALE = 2.0", "SCALE = 2"),
     "an entry of a tuple": ("inner.py", "(1.0, 2.0)", "(1.0, 2.5)"),

@@ -99,6 +99,10 @@ class Reader:
             return f"module {value.__name__} [{', '.join(described)}]"
         if isinstance(value, FunctionType) and not _versioned(value.__module__):
             return self._function(value, content, above)
+        wrapped = vars(value).get("__wrapped__") if hasattr(value, "__dict__") else None
+        if isinstance(wrapped, FunctionType) and not _versioned(wrapped.__module__):  # of Numba
+            options = getattr(value, "targetoptions", "")
+            return f"{_name(type(value))} {options} {self._function(wrapped, content, above)}"
         return _named(value)
 
 
@@ -110,7 +114,7 @@ def _named(value: object) -> str:
         return f"{_name(value)} {getattr(value, '_fields', ())} {getattr(value, '_field_defaults', {})}"
     if _versioned(type(value).__module__) and not hasattr(value, "__qualname__"):
         return f"{_name(type(value))} {value}"  # a dtype, a ufunc, a type of Numba
-    if hasattr(value, "__qualname__"):
+    if hasattr(value, "__qualname__") and _versioned(value.__module__):
         return _name(value)
     raise InvalidValue(
         f"it reads a value of type {_name(type(value))}, and a change of that value could not be noticed; "

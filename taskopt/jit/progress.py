@@ -18,7 +18,8 @@ class Report:
 
     def __init__(self) -> None:
         self._bar: tuple[Progress, TaskID] | None = None
-        self._began: float | None = None  # [s] when the line before was written, None after the line after
+        self._began: float | None = None  # [s] when the present compilation began
+        self._announced = False
         self._total = self._done = 0
         self._warned = False
 
@@ -42,9 +43,11 @@ class Report:
             _say(f"{place}, so compiled kernels are not kept; set NUMBA_CACHE_DIR to a folder that can be")
         if sys.stderr.isatty():
             self._bar = _start_bar(self._total)
-        elif self._began is None:
+        else:
             self._began = time.monotonic()
-            _say("compiling the numeric core, once for this machine and version")
+            if not self._announced:
+                self._announced = True
+                _say("compiling parts of the numeric core, which are kept for later runs")
 
     def compiling(self, name: str) -> None:
         """Show which kernel is being compiled.
@@ -68,9 +71,11 @@ class Report:
         if self._bar:
             self._bar[0].stop()
             self._bar = None
-        elif self._began is not None and time.monotonic() - self._began > _SHORT:
-            _say(f"compiled in {time.monotonic() - self._began:.0f} s")
+        elif self._began is not None:
+            taken = time.monotonic() - self._began
             self._began = None
+            if taken > _SHORT:
+                _say(f"compiled in {taken:.0f} s")
         self._total = 0
 
 

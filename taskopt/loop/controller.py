@@ -9,7 +9,7 @@ from taskopt.kinematics.stack import Stack
 from taskopt.loop.loop import Loop
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
-from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.registry import as_resolver
 
 
 class Controller:
@@ -45,7 +45,7 @@ class Controller:
     ) -> None:
         policy = checked_policy(on_conflict)
         self.plan = stack.compile(robot, dt)
-        self.resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
+        self.resolver = as_resolver(resolver)
         self._robot = robot
         self._loop = Loop(self.plan, self.resolver, policy)
         self._tick = self._loop.tick

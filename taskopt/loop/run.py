@@ -20,7 +20,7 @@ from taskopt.kinematics.collision.measure import Measured
 from taskopt.loop.loop import Loop
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Resolver
-from taskopt.resolver.registry import resolver as resolver_named
+from taskopt.resolver.registry import as_resolver
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
         Infeasible: Hard limits contradict each other, and `scenario.on_conflict` is "raise".
         UnknownName: There is no resolver of that name.
     """
-    resolver = resolver_named(resolver) if isinstance(resolver, str) else resolver
+    resolver = as_resolver(resolver)
     plan = scenario.stack.compile(scenario.robot, scenario.dt)
     loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
     q = scenario.start.copy()

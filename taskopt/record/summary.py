@@ -7,6 +7,7 @@ import numpy as np
 
 from taskopt.arrays import IntArray
 from taskopt.hierarchy.alternation import AlternationWatch
+from taskopt.hierarchy.status import Status
 from taskopt.kinematics.stack import Plan
 from taskopt.kinematics.task.transition import Transition, transitions
 from taskopt.loop.run import Step, tracking_error
@@ -52,7 +53,7 @@ class Continuity:
             jump = float(abs(step.v - self._previous.v).max())
             self._jumps[under_way] = max(self._jumps.get(under_way, 0.0), jump)
         self._previous = step
-        if step.resolution.notes:
+        if step.resolution.status in (Status.RELAXED, Status.BRAKED):
             self._first_conflict = (
                 self._first_conflict or f"at {step.t:g} s: {' '.join(step.resolution.notes)}"
             )

@@ -83,6 +83,31 @@ def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
     return resolver(name)(hierarchy)[0]
 
 
+def as_resolver(value: str | Resolver) -> Resolver:
+    """Return a resolver by its name, or check that a resolver of somebody's own is complete.
+
+    Args:
+        value: Name of a resolver, or a resolver.
+
+    Returns:
+        The resolver.
+
+    Raises:
+        UnknownName: There is no resolver of that name.
+        InvalidValue: The value is a class instead of a resolver, or lacks a part of the protocol.
+    """
+    if isinstance(value, str):
+        return resolver(value)
+    if isinstance(value, type):
+        raise InvalidValue(f"{value.__name__} is a class; make a resolver of it: {value.__name__}()")
+    missing = [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(value, part)]
+    if missing:
+        raise InvalidValue(
+            f"{type(value).__name__} is no resolver: it lacks {', '.join(missing)}; see taskopt.Resolver"
+        )
+    return value
+
+
 def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) -> Resolver:
     """Add a resolver of your own, so that it can be asked for by its name everywhere.
 
@@ -100,12 +125,7 @@ def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) ->
     """
     if not callable(make):
         raise InvalidValue(f"make must return a resolver when it is called, got {type(make).__name__}")
-    made = make()
-    missing = [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(made, part)]
-    if missing:
-        raise InvalidValue(
-            f"{type(made).__name__} is no resolver: it lacks {', '.join(missing)}; see taskopt.Resolver"
-        )
+    made = as_resolver(make())
     if not isinstance(made.name, str) or not made.name:
         raise InvalidValue(f"a resolver needs a name, got {made.name!r}")
     if made.name in resolver_names() and not replace:

@@ -22,6 +22,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.kinematics.robot import planar_arm
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
+from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory, answered
 from taskopt.resolver.infeasible import no_answer
 from taskopt.resolver.registry import resolver
@@ -156,3 +157,10 @@ def test_names_are_checked_when_it_is_made() -> None:
         Controller(ARM, STACK, "activ-set")
     with pytest.raises(UnknownName, match="did you mean tip"):
         Controller(ARM, Stack([[FrameTask("tipp")]]))
+
+
+@pytest.mark.parametrize(("given", "sentence"), [(ActiveSet, "is a class"), (object(), "lacks name, strict")])
+def test_what_is_no_resolver_is_refused_at_once(given: object, sentence: str) -> None:
+    """A class in place of a resolver, and an object that lacks parts of the protocol."""
+    with pytest.raises(InvalidValue, match=sentence):
+        Controller(planar_arm(), Stack([[JointTask()]]), given)
