@@ -123,7 +123,7 @@ if TYPE_CHECKING:
     from taskopt.solver.registry import solvers as solvers
 
 _HOME = {
-    "Active": "taskopt.hierarchy.resolution",
+    "Active": "taskopt.hierarchy.active",
     "ActiveSet": "taskopt.resolver.active_set.resolver",
     "ActiveSetWithFallback": "taskopt.resolver.fallback",
     "Alternation": "taskopt.hierarchy.alternation",
@@ -208,7 +208,7 @@ _HOME = {
     "Solver": "taskopt.solver.registry",
     "Sphere": "taskopt.kinematics.geometry",
     "Stack": "taskopt.kinematics.stack",
-    "Status": "taskopt.hierarchy.resolution",
+    "Status": "taskopt.hierarchy.status",
     "Step": "taskopt.loop.run",
     "Sugihara": "taskopt.hierarchy.damping",
     "Target": "taskopt.kinematics.target",

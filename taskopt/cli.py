@@ -71,7 +71,7 @@ class Output:
     live: bool
 
     def recorders(self, info: "RunInfo") -> "tuple[Log, ...]":
-        """Open the log of a run.
+        """Open the log of a run, if it is recorded.
 
         Args:
             info: The run.

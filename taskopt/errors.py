@@ -17,10 +17,10 @@ class InvalidValue(TaskoptError, ValueError):
 
 
 class UnknownName(TaskoptError, LookupError):
-    """There is nothing of that name; the message suggests the nearest names.
+    """A name is not known; the message suggests similar ones.
 
     Args:
-        kind: What the name should be the name of, such as "robot".
+        kind: Kind of thing that was looked up, such as "robot".
         name: The unknown name.
         known: All names that there are.
         hint: A sentence for the end of the message.

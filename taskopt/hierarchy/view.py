@@ -133,6 +133,19 @@ def box_of(buffer: Array, n: int) -> Array:
     return buffer[buffer.size - 4 * n :].reshape((4, n))
 
 
+def x_of(answer: Array, n: int) -> Array:
+    """Return the unknowns of an answer as a view; for one that is made on every tick.
+
+    Args:
+        answer: The flat answer.
+        n: Number of unknowns.
+
+    Returns:
+        x, (n,).
+    """
+    return answer[:n]
+
+
 def answer_of(answer: Array, n: int, row_count: int, level_count: int) -> Answer:
     """Return the parts of an answer as views; compiled kernels call `view_answer`.
 

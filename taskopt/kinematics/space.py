@@ -336,8 +336,8 @@ def coordinate_table(robot: Robot) -> IntArray:
 def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> IntArray:
     """Find which of the six rows of a frame a task takes.
 
-    Letters are read from left to right in the order of `letters`, and a blank goes on to the orientation:
-    "xyz", "xy y" (position in the plane, and yaw), "rp".
+    In a text the letters keep the order of `letters`, and a blank skips to the letters of the orientation, so
+    that "xy y" is the position in the plane and the yaw angle.
 
     Args:
         axes: Letters, or one truth value for each of `letters`.

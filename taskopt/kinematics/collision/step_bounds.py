@@ -17,12 +17,12 @@ _TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] the most that a distance
 
 
 class StepLosses(NamedTuple):
-    """Bounds on what one step does to distances, where every speed is at most s times the nominal one.
+    """Upper bounds on how one step changes each distance, for speeds |v_k| ≤ s v̄_k with the nominal speeds v̄.
 
     Attributes:
-        travel: (P,) [m] bound on the first-order change of each distance; in proportion to s.
-        jump: (P,) [m] part of the error of the linearised distance that is in proportion to s.
-        bend: (P,) [m] part of that error that is in proportion to s².
+        travel: (P,) [m] bound on Δt |∇d·v| at s = 1; it grows as s.
+        jump: (P,) [m] linear part of the error of the linearised distance at s = 1; it grows as s.
+        bend: (P,) [m] quadratic part of that error at s = 1; it grows as s².
     """
 
     travel: Array

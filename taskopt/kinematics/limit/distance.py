@@ -29,10 +29,10 @@ class ObstacleLimit(Limit):
 
         ∇d·v ≥ −κ (d − d_s)/Δt   for d < d_i
 
-    d is the distance, d_i the influence, and d_s the margin and a reserve for what one Euler step can lose;
-    `bind(robot, dt).reserve` states the reserve. A link that starts inside the margin may stop or leave. One
-    row [m/s] for each shape of a link and obstacle, named "link – obstacle", and bounds on the velocities
-    where a step could lose more than that. Meshes count as their convex hulls.
+    d is the distance, d_i the influence, and d_s = margin + reserve. The `reserve` of the bound limit covers
+    what one Euler step can lose; where a step could lose more, joint velocities are bounded, too. A
+    link that starts inside the margin may stop or leave. There is one row [m/s] for each shape of a link and
+    each obstacle, named "link – obstacle". Meshes count as their convex hulls.
 
     Args:
         obstacles: One shape or several, in the world.

@@ -405,7 +405,7 @@ class Robot:
 
         Args:
             q: (nq,) [rad, m].
-            tolerance: How far outside counts as inside [rad, m].
+            tolerance: Violation that is still accepted [rad, m].
 
         Returns:
             One sentence for each joint outside.

@@ -73,7 +73,7 @@ class BoundLevelDamping(BoundTask):
         self._size(name, most)
 
     def fit(self, rows: int) -> None:
-        """Take as many rows as the level can have directions.
+        """Set the number of rows to the largest rank that the level can have.
 
         Args:
             rows: Number of rows of the other tasks of the level.

@@ -32,7 +32,7 @@ class Drawing(Protocol):
         ...
 
     def send(self, writer: RecordingWriter, batch: Batch) -> None:
-        """Send everything that changes.
+        """Send the data of one batch; `draw` has sent what does not change.
 
         Args:
             writer: The recording.
