@@ -47,9 +47,14 @@ _OF_SEARCH = (
         _SEARCH,
         "if leaving >= 0:\n            continue",
         "if leaving >= n + rows.lower.size:\n            continue",
+        harmless="drops in another order change the number of steps only: no sign is wrong in the end",
     ),
     Fault(
-        "any row of wrong sign is dropped, not the worst", _SEARCH, "(leaving < 0 or signed < worst)", "True"
+        "any row of wrong sign is dropped, not the worst",
+        _SEARCH,
+        "(leaving < 0 or signed < worst)",
+        "True",
+        harmless="drops in another order change the number of steps only: no sign is wrong in the end",
     ),
     Fault("the sign at an early level decides nothing", _SEARCH, "decided[j] = True", "decided[j] = False"),
     Fault(
@@ -66,7 +71,13 @@ _OF_SEARCH = (
         "locks.locked[entering] = locks.dropped[entering]",
         "locks.locked[entering] = False",
     ),
-    Fault("locked rows stay locked", _SEARCH, "locks.locked[j] = False", "pass"),
+    Fault(
+        "locked rows stay locked",
+        _SEARCH,
+        "locks.locked[j] = False",
+        "pass",
+        harmless="the certificate refuses what they spoil, and a search without guess follows",
+    ),
     Fault(
         "no second search",
         _SEARCH,
@@ -86,7 +97,13 @@ _OF_SEARCH = (
         "if state[n + i] == Side.FREE:\n            state[n + i] = row_side(",
         "if state[n + i] != state[n + i]:\n            state[n + i] = row_side(",
     ),
-    Fault("violated bounds of the box do not join at the start", _START, "state[j] = box_side(", "box_side("),
+    Fault(
+        "violated bounds of the box do not join at the start",
+        _START,
+        "state[j] = box_side(",
+        "box_side(",
+        harmless="only the start differs: the bound stops the first step instead",
+    ),
     Fault(
         "x is not put onto the bounds that hold it",
         _SEARCH,
@@ -136,9 +153,20 @@ _OF_SEARCH = (
 )
 
 _OF_LEXLS = (
-    Fault("the pivot is the first row, not the largest", _LEXLS, "and remainder > best:", "and pivot < 0:"),
+    Fault(
+        "the pivot is the first row, not the largest",
+        _LEXLS,
+        "and remainder > best:",
+        "and pivot < 0:",
+        harmless="every row is tested for rank all the same; only rounding differs",
+    ),
     Fault("no row is dependent", _LEXLS, "remainder > LOST * scale[order[a]]", "remainder > 0.0"),
-    _constant("rank is lost 1e5 times sooner", "LOST", "1e-10", "1e-5"),
+    Fault(
+        "rank is lost 1e5 times sooner",
+        _LEXLS,
+        "remainder > LOST * scale[order[a]]",
+        "remainder > 1e5 * LOST * scale[order[a]]",
+    ),
     Fault("targets have the wrong sign", _LEXLS, "value = -target[order[a]]", "value = target[order[a]]"),
     Fault(
         "dependent rows keep the residual from before their level",
@@ -216,7 +244,12 @@ _OF_FAST_PATH = (
 )
 
 _OF_CERTIFICATE = (
-    _constant("proofs take residuals 1e3 times larger", "PROVEN", "1e-8", "1e-5"),
+    Fault(
+        "proofs take residuals 1e3 times larger",
+        "hierarchy/certificate.py",
+        "return self.worst <= tolerance",
+        "return self.worst <= 1e3 * tolerance",
+    ),
     _constant("any noise frees a sign", "CERTIFICATE_ROUNDING", "1e-13", "0.0"),
     _constant("only large multipliers free a sign", "CERTIFICATE_ROUNDING", "1e-13", "1e-4"),
     _constant("a multiplier within the fit error frees a sign", "CERTAIN_MULTIPLIER", "10.0", "0.0"),
@@ -340,6 +373,7 @@ _OF_HIERARCHY = (
         "hierarchy/explain.py",
         "bool(value[i] > upper[i])",
         "bool(value[i] < upper[i])",
+        harmless="the sentence differs only where two limits own the bounds of one unknown",
     ),
     Fault(
         "a bound binds at the last level with a multiplier",

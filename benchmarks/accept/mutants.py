@@ -14,6 +14,7 @@ reason, and must survive.
 """
 
 import argparse
+import json
 import queue
 import random
 import re
@@ -22,7 +23,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -36,8 +38,65 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = Path(taskopt.__file__).parent
 BESIDE_THE_PACKAGE = ("tests", "tasks", "benchmarks", "docs", "README.md", "pyproject.toml")
 TOO_LONG = 30.0  # [s] a test of a mutant that takes longer has failed; none takes that long without a fault
-DEADLINE = 600.0  # [s] for all tests of one mutant
-ENOUGH = 60.0  # [s] tests are chosen up to this time in all, those of the folder of the faulty file first
+ENOUGH = 20.0  # [s] tests are chosen up to this time in all, those of the folder of the faulty file first
+
+
+class Runner:
+    """Runs tests in a copy of the checkout, in processes forked from one that has loaded all libraries.
+
+    Args:
+        checkout: Top folder of the copy.
+    """
+
+    def __init__(self, checkout: Path) -> None:
+        self.checkout = checkout
+        self._server = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("pytest_server.py"))],
+            cwd=checkout,
+            env=without_compilation(checkout, TOO_LONG, "fail"),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def failing_test(self, tests: Sequence[str]) -> str:
+        """Run tests until the first failure.
+
+        Args:
+            tests: Ids of tests, or folders.
+
+        Returns:
+            The name of the test that failed, or "".
+
+        Raises:
+            RuntimeError: The tests could not be run.
+        """
+        listed, output = self.checkout / "chosen_tests.txt", self.checkout / "output.txt"
+        listed.write_text("\n".join(tests), encoding="utf-8")
+        options = ["-x", "-q", "--no-header", "--tb=no", "-m", "not slow", "-p", "no:cacheprovider"]
+        request = [[*options, "-p", "time_limit", f"@{listed}"], str(output)]
+        assert self._server.stdin is not None
+        assert self._server.stdout is not None
+        self._server.stdin.write(json.dumps(request) + "\n")
+        self._server.stdin.flush()
+        code = int(self._server.stdout.readline())
+        if code == 0:
+            return ""
+        told = output.read_text(encoding="utf-8")
+        names = [
+            line.split(" ", 1)[1].split(" - ")[0]
+            for line in told.splitlines()
+            if line.startswith(("FAILED", "ERROR"))
+        ]
+        if code not in (1, 2) or not names:
+            raise RuntimeError(f"the tests could not be run:\n{told[-2000:]}")
+        return names[0]
+
+    def stop(self) -> None:
+        """End the server."""
+        assert self._server.stdin is not None
+        self._server.stdin.close()
+        self._server.wait()
 
 
 @dataclass(frozen=True)
@@ -71,25 +130,27 @@ def main() -> int:
     """Run the command line; return 0 if every outcome is as the table of faults promises."""
     arguments = _arguments()
     faults = _chosen(arguments.only, arguments.sample, arguments.seed)
-    covered = None
     with tempfile.TemporaryDirectory() as folder:
-        checkouts: queue.SimpleQueue[Path] = queue.SimpleQueue()
-        for job in range(arguments.jobs):
-            checkouts.put(_copy_of_checkout(Path(folder) / str(job)))
-        if not arguments.beside:
-            covered = _coverage_map(arguments.map, Path(folder) / "0")
+        copies = [_copy_of_checkout(Path(folder) / str(job)) for job in range(arguments.jobs)]
+        covered = None if arguments.beside else _coverage_map(arguments.map, copies[0])
+        runners = [Runner(copy) for copy in copies]
+        idle: queue.SimpleQueue[Runner] = queue.SimpleQueue()
+        for runner in runners:
+            idle.put(runner)
 
         def judge(fault: Fault) -> Verdict:
-            checkout = checkouts.get()
+            runner = idle.get()
             try:
-                verdict = plant(fault, checkout, covered)
+                verdict = plant(fault, runner, covered)
             finally:
-                checkouts.put(checkout)
-            print(verdict, flush=True)
+                idle.put(runner)
+            print(f"{verdict}  [{verdict.seconds:.0f} s]", flush=True)
             return verdict
 
         with ThreadPoolExecutor(arguments.jobs) as pool:
             verdicts = list(pool.map(judge, faults))
+        for runner in runners:
+            runner.stop()
     table = _table(verdicts)
     print(f"\n{table.splitlines()[0]}")
     if arguments.out:
@@ -98,12 +159,12 @@ def main() -> int:
     return 0 if all(verdict.expected for verdict in verdicts) else 1
 
 
-def plant(fault: Fault, checkout: Path, covered: CoverageMap | None) -> Verdict:
+def plant(fault: Fault, runner: Runner, covered: CoverageMap | None) -> Verdict:
     """Plant one fault in a copy of the checkout, run tests that execute it, and take it out again.
 
     Args:
         fault: The fault.
-        checkout: Folder with the copy, left as it was found.
+        runner: Runs tests in the copy, which is left as it was found.
         covered: Which tests execute which lines. None: all quick tests beside the faulty file run.
 
     Returns:
@@ -112,26 +173,26 @@ def plant(fault: Fault, checkout: Path, covered: CoverageMap | None) -> Verdict:
     Raises:
         ValueError: The text of the fault does not stand in its file exactly once.
     """
-    path = checkout / "taskopt" / fault.file
+    path = runner.checkout / "taskopt" / fault.file
     source = path.read_text(encoding="utf-8")
     if source.count(fault.old) != 1:
         raise ValueError(
             f"fault '{fault.name}': its text stands {source.count(fault.old)} times in {fault.file}; once is "
             "needed, so bring benchmarks/accept/faults.py up to date"
         )
-    tests = [str(_beside(fault))] if covered is None else chosen_tests(fault, source, covered)
-    if not tests:
+    groups = [[str(_beside(fault))]] if covered is None else chosen_tests(fault, source, covered)
+    if not groups:
         return Verdict(fault, "not covered", "", 0.0)
     begin = time.monotonic()
     path.write_text(source.replace(fault.old, fault.new), encoding="utf-8")
     try:
-        failed = _failing_test(checkout, tests)
+        failed = next(filter(None, map(runner.failing_test, groups)), "")
     finally:
         path.write_text(source, encoding="utf-8")
     return Verdict(fault, "killed" if failed else "survives", failed, time.monotonic() - begin)
 
 
-def chosen_tests(fault: Fault, source: str, covered: CoverageMap) -> list[str]:
+def chosen_tests(fault: Fault, source: str, covered: CoverageMap) -> list[list[str]]:
     """Return tests that execute the faulty lines, at most `ENOUGH` seconds of them.
 
     A constant is executed when its module is imported, by no test in particular; there the tests count that
@@ -143,7 +204,7 @@ def chosen_tests(fault: Fault, source: str, covered: CoverageMap) -> list[str]:
         covered: Which tests execute which lines.
 
     Returns:
-        Ids of tests: those of the test folder beside the file first, the quickest of them first.
+        Ids of tests, the quickest first: those of the test folder beside the file, then others.
     """
     first = source[: source.index(fault.old)].count("\n") + 1
     numbers = range(first, first + fault.old.count("\n") + 1)
@@ -152,18 +213,25 @@ def chosen_tests(fault: Fault, source: str, covered: CoverageMap) -> list[str]:
     if fault.constant:
         found |= set(_users(fault.constant, covered))
     beside = f"{_beside(fault)}/"
-    stem = f"test_{PurePosixPath(fault.file).stem}"
-    ordered = sorted(
-        found,
-        key=lambda test: (stem not in test, not test.startswith(beside), covered.seconds.get(test, 0.0)),
-    )
-    total, chosen = 0.0, []
-    for test in ordered:
-        total += covered.seconds.get(test, 0.0)
+    total: float = 0.0
+    groups: dict[bool, list[str]] = {True: [], False: []}
+    turns = _turns(found, covered)
+    for test in sorted(found, key=lambda test: (not test.startswith(beside), turns[test])):
+        total += covered.seconds[test]
         if total > ENOUGH:
             break
-        chosen.append(test)
-    return chosen
+        groups[test.startswith(beside)].append(test)
+    return [group for group in groups.values() if group]
+
+
+def _turns(tests: Iterable[str], covered: CoverageMap) -> dict[str, tuple[int, float]]:
+    """Return keys by which every test function has its quickest case run before any has its second one."""
+    turns, seen = {}, Counter[str]()
+    for test in sorted(tests, key=covered.seconds.__getitem__):
+        function = test.split("[")[0]
+        turns[test] = seen[function], covered.seconds[test]
+        seen[function] += 1
+    return turns
 
 
 def _users(constant: str, covered: CoverageMap) -> Iterator[str]:
@@ -181,35 +249,6 @@ def _beside(fault: Fault) -> PurePosixPath:
     while not (ROOT / folder).is_dir():
         folder = folder.parent
     return folder
-
-
-def _failing_test(checkout: Path, tests: Sequence[str]) -> str:
-    """Run tests until the first failure; return its name, or "" if there is none."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "--tb=no", "-m", "not slow"]
-    listed = checkout / "chosen_tests.txt"
-    listed.write_text("\n".join(tests), encoding="utf-8")
-    try:
-        done = subprocess.run(
-            [*command, "-p", "no:cacheprovider", "-p", "time_limit", f"@{listed}"],
-            cwd=checkout,
-            env=without_compilation(checkout, TOO_LONG, "fail"),
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return f"more than {DEADLINE:.0f} s"
-    if done.returncode == 0:
-        return ""
-    names = [
-        line.split(" ", 1)[1].split(" - ")[0]
-        for line in done.stdout.splitlines()
-        if line.startswith(("FAILED", "ERROR"))
-    ]
-    if done.returncode not in (1, 2) or not names:
-        raise RuntimeError(f"the tests could not be run:\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
-    return names[0]
 
 
 def _copy_of_checkout(folder: Path) -> Path:

@@ -29,7 +29,7 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:  # noqa: ARG001 (p
         end(f"takes more than {limit:g} s without compilation")
 
     former = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, limit)
+    signal.setitimer(signal.ITIMER_REAL, limit, 1.0)  # again each second, where a first one is swallowed
     try:
         return (yield)
     finally:
