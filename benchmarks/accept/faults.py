@@ -411,7 +411,13 @@ _OF_RESOLVERS = (
         "problem.weight[count:] = hierarchy.norm if diagonal else 1.0",
         "problem.weight[count:] = 1.0",
     ),
-    _constant("levels of hqp may be violated 1e3 times more", "LEVEL_VIOLATION", "1e-9", "1e-6"),
+    _constant(
+        "levels of hqp may be violated 1e3 times more",
+        "LEVEL_VIOLATION",
+        "1e-9",
+        "1e-6",
+        harmless="a violation of 1e-7 that is not frozen stays a bound, clipped to where it is",
+    ),
     _constant(
         "rows of hqp freeze from 1e3 times larger multipliers on",
         "LEVEL_MULTIPLIER",
@@ -432,7 +438,9 @@ _OF_RESOLVERS = (
         "        if feasible:\n",
         "        if feasible is None:\n",
     ),
-    Fault("proximal steps are not retried", "resolver/level_qp.py", "(1e-4, 1e-2, 1.0)", "(1e-4,)"),
+    _constant(
+        "proximal steps are not retried", "_PULLS", "(1e-4, 1e-2, 1.0)", "(1e-4,)", "resolver/level_qp.py"
+    ),
     Fault(
         "violated rows are not active",
         "resolver/base.py",

@@ -129,3 +129,12 @@ def test_times_that_make_no_sense_are_refused(times):
         During(REST, **times)
     with pytest.raises(InvalidValue, match="timed"):
         During(During(REST))
+
+
+@pytest.mark.parametrize(
+    ("t", "openness"), [(0.9, 1.2), (1.0, 1.0), (1.25, 0.5), (1.5, 0.0), (3.0, 0.0), (3.25, 0.5), (3.5, 1.0)]
+)
+def test_a_task_closes_after_its_begin_and_opens_after_its_end(t: float, openness: float) -> None:
+    """From `begin` to `begin + blend` the band closes, from `end` to `end + blend` it opens."""
+    during = During(REST, begin=1.0, end=3.0, blend=0.5)
+    assert during.openness(t) == pytest.approx(openness)

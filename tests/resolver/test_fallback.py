@@ -1,0 +1,50 @@
+"""The fallback is taken with a proof only, and phase one has the last word on a contradiction."""
+
+import numpy as np
+import pytest
+
+from taskopt.arrays import Array
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
+from taskopt.resolver.base import Memory, answered
+from taskopt.resolver.fallback import ActiveSetWithFallback
+
+AGREE = Hierarchy([Level([[1.0, 0.0]], [2.0])], box=([-1.0, -1.0], [1.0, 1.0]))
+CONTRADICT = Hierarchy(
+    [Level([[1.0, 0.0]], [2.0])], box=([-1.0, -1.0], [1.0, 1.0]), limits=Level([[1.0, 0.0]], lower=[2.0])
+)
+
+
+def said(hierarchy: Hierarchy, x: Array, status: Status) -> tuple[Resolution, Memory]:
+    """Return an answer without multipliers, so that no x but 0 is proven."""
+    layout = hierarchy.layout
+    multipliers = np.zeros((layout.level_count + 1, layout.width))
+    return answered(hierarchy, x, multipliers, np.zeros(layout.width, np.int8), status)
+
+
+class Claims:
+    """A resolver that claims zero to be the optimum."""
+
+    name, strict = "claims", True
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        return said(hierarchy, np.zeros(hierarchy.n), Status.SOLVED)
+
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
+        return np.zeros(hierarchy.n)
+
+
+def test_a_fallback_without_a_proof_is_not_taken() -> None:
+    """The search has no proof, the fallback claims a wrong optimum: the answer stays FAILED."""
+    failed, _ = said(AGREE, np.zeros(2), Status.FAILED)
+    concluded = ActiveSetWithFallback(fallback=Claims()).conclude(failed)
+    assert concluded.status is Status.FAILED
+    assert concluded.fallback is None
+
+
+@pytest.mark.parametrize(("hierarchy", "status"), [(AGREE, Status.FAILED), (CONTRADICT, Status.INFEASIBLE)])
+def test_phase_one_decides_what_is_infeasible(hierarchy: Hierarchy, status: Status) -> None:
+    """INFEASIBLE is kept where the limits contradict each other, and becomes FAILED where they agree."""
+    claimed, _ = said(hierarchy, np.zeros(2), Status.INFEASIBLE)
+    assert ActiveSetWithFallback(fallback=None).conclude(claimed).status is status
