@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fcntl import LOCK_EX, flock
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -146,7 +147,7 @@ def _case(folder: Path, name: str, ticks: int) -> Subject:
 
 def _scenario(folder: Path, name: str, ticks: int | None) -> Subject:
     """Load a scenario, whose targets depend on time."""
-    place = "taskopt.loop.scenario" if (folder / "taskopt" / "loop").is_dir() else "taskopt.scenario"
+    place = "taskopt.loop.scenario" if find_spec("taskopt.loop") else "taskopt.scenario"
     made = import_module(place).load_scenario(folder / "tasks" / f"{name}.py")
     count = min(ticks or made.ticks, made.ticks)
     return Subject(name, made.robot, made.start, made.stack, made.dt, count, lambda tick: tick * made.dt)
