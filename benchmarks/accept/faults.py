@@ -102,7 +102,6 @@ _OF_SEARCH = (
         _START,
         "state[j] = box_side(",
         "box_side(",
-        harmless="only the start differs: the bound stops the first step instead",
     ),
     Fault(
         "x is not put onto the bounds that hold it",
@@ -416,7 +415,6 @@ _OF_RESOLVERS = (
         "LEVEL_VIOLATION",
         "1e-9",
         "1e-6",
-        harmless="a violation of 1e-7 that is not frozen stays a bound, clipped to where it is",
     ),
     _constant(
         "rows of hqp freeze from 1e3 times larger multipliers on",

@@ -35,6 +35,7 @@ def test_a_multiplier_of_the_wrong_sign_frees_no_sign() -> None:
     y = np.zeros((3, 5))
     y[0, 2] = -5e-9
     y[1, 2:4] = -140.0, 140.0
+    y[2, 3:5] = -5e-9, -7.0
     assert not certify(hierarchy, np.array([5e-9, 7.0]), y).proves()
 
 
