@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 from faults import FAULTS, Fault
+from mutants import TABLE
 from time_limit import ACTION, LIMIT
 
 import taskopt
@@ -47,12 +48,20 @@ def test_a_test_that_takes_too_long_ends(tmp_path: Path) -> None:
     assert "takes more than 0.2 s" in done.stdout
 
 
+def test_the_committed_table_knows_every_fault() -> None:
+    """Each fault has its line, and survives only where the table of faults says why it cannot do harm."""
+    lines = TABLE.read_text(encoding="utf-8").splitlines()
+    for fault in FAULTS:
+        outcome = "survives" if fault.harmless else "killed"
+        assert any(line.startswith(f"  {outcome:11s} {fault.name:58s} ") for line in lines), fault.name
+
+
 @pytest.mark.slow
 def test_a_sample_of_faults_is_noticed() -> None:
-    """Three faults, drawn by a fixed seed, are killed by the tests beside their files."""
+    """Three faults, drawn by a fixed seed, are killed by the tests that the committed table names."""
     command = [sys.executable, str(ROOT / "benchmarks" / "accept" / "mutants.py")]
     done = subprocess.run(
-        [*command, "--sample", "3", "--seed", "8", "--beside", "--jobs", "2"],
+        [*command, "--sample", "3", "--seed", "8", "--again", "--jobs", "2"],
         cwd=ROOT,
         env=os.environ | {"PYTHONPATH": str(Path(taskopt.__file__).parents[1])},
         capture_output=True,

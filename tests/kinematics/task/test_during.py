@@ -7,6 +7,7 @@ import pytest
 
 from taskopt import Controller, FrameTask, JointPositionLimit, JointTask, JointVelocityLimit, Stack
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.task import BoxTask, During, PositionTask
 from taskopt.kinematics.task.transition import largest_jump, swap, transitions
@@ -138,3 +139,15 @@ def test_a_task_closes_after_its_begin_and_opens_after_its_end(t: float, opennes
     """From `begin` to `begin + blend` the band closes, from `end` to `end + blend` it opens."""
     during = During(REST, begin=1.0, end=3.0, blend=0.5)
     assert during.openness(t) == pytest.approx(openness)
+
+
+@pytest.mark.parametrize("t", [0.25, 0.5, 0.9])
+def test_the_band_closes_at_a_rate_in_proportion_to_its_width(t: float) -> None:
+    """β(u) = ε (e^(κu) − 1) with ε = reach/1000, κ = log 1001 and u = 1 − t while the task comes in 1 s."""
+    bound = During(FIRST, begin=0.0, blend=1.0, reach=20.0).bind(robot("panda"), "task")
+    at = Configuration(robot("panda"), Q)
+    rows = LevelRows(np.zeros((1, at.robot.nv)), np.empty(1), np.empty(1), np.ones(1))
+    bound.prepare(rows)
+    bound.start(at, 0.0)
+    bound.fill(at, t, rows)
+    assert rows.upper[0] - rows.lower[0] == pytest.approx(2.0 * 0.02 * (1001.0 ** (1.0 - t) - 1.0))
