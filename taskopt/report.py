@@ -11,7 +11,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from taskopt.kinematics.robot import robot_names
+from taskopt.loop.scenario import scenario_files
 from taskopt.record.summary import Summary
+from taskopt.resolver.registry import resolver_names
+from taskopt.solver.registry import solvers
 
 
 class Figure(NamedTuple):
@@ -232,11 +236,6 @@ def show_inventory(console: Console) -> None:
     Args:
         console: Where to print.
     """
-    from taskopt.kinematics.robot import robot_names
-    from taskopt.loop.scenario import scenario_files
-    from taskopt.resolver.registry import resolver_names
-    from taskopt.solver.registry import solvers
-
     robots = robot_names()
     if robots:
         console.print(Text("robots", style="bold"))

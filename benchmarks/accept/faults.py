@@ -484,7 +484,7 @@ _OF_RESOLVERS = (
     Fault(
         "claims that break hard limits are sent",
         "loop/loop.py",
-        "return broken <= _LIMITS_KEPT[resolution.status]",
+        "return resolution.certificate.broken_limit <= _LIMITS_KEPT[resolution.status]",
         "return True",
     ),
     Fault(

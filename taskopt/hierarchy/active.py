@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taskopt.arrays import Array, StateArray
+from taskopt.arrays import Array, Mask, StateArray
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER
 
@@ -79,6 +78,6 @@ def level_multipliers(problem: Hierarchy, state: StateArray, multipliers: Array)
     return tuple(sorted(found, key=lambda row: row.level))
 
 
-def _counted(values: Array) -> NDArray[np.bool_]:
+def _counted(values: Array) -> Mask:
     """Return which multipliers of one row, (levels + 1,), are more than solver accuracy."""
     return np.abs(values) > COUNTED_MULTIPLIER * max(1.0, float(np.abs(values).max()))

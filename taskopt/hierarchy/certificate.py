@@ -21,16 +21,15 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, PROVEN
 from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 
 RESIDUALS = ("stationarity", "primal", "dual", "complementarity")  # the columns of `Certificate.residuals`
-PRIMAL = RESIDUALS.index("primal")
+_PRIMAL = RESIDUALS.index("primal")
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class Certificate:
     @property
     def broken_limit(self) -> float:
         """The largest violation of box and hard rows, relative to the largest term of its row."""
-        return float(self.residuals[:, PRIMAL].max())
+        return float(self.residuals[:, _PRIMAL].max())
 
     def proves(self, tolerance: float = PROVEN) -> bool:
         """Return True if no residual exceeds the tolerance.
@@ -119,7 +118,7 @@ class _Judged(NamedTuple):
     value: Array
     force: Array
     size: Array
-    sign_free: NDArray[np.bool_]
+    sign_free: Mask
 
 
 @kernel_apart

@@ -7,10 +7,9 @@ optimum, such y exist (Dimitrov, Sherikov and Wieber 2015, Sect. 2), so a bad fi
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from taskopt.arrays import Array, ArrayLike, IntArray, finite
+from taskopt.arrays import Array, ArrayLike, IntArray, Mask, finite
 from taskopt.hierarchy.certificate import Certificate, certify
 from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.problem import Hierarchy
@@ -67,7 +66,7 @@ def find_multipliers(hierarchy: Hierarchy, x: Array, near: float = AT_BOUND) -> 
     return y
 
 
-def _roles(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[NDArray[np.bool_], IntArray]:
+def _roles(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[Mask, IntArray]:
     """Return which rows of G are sign-free, and at which bound (−1, 0, 1) each stands, (n + M,) both."""
     lower, upper = hierarchy.bounds()
     value = G @ x

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taskopt.arrays import Array, ArrayLike, bound, finite
+from taskopt.arrays import Array, ArrayLike, Mask, bound, finite
 from taskopt.errors import Infeasible, InvalidValue, MissingFile
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.status import Status
@@ -100,7 +99,7 @@ class QuadraticProgram:
         return len(self.g)
 
     @property
-    def equality(self) -> NDArray[np.bool_]:
+    def equality(self) -> Mask:
         """True for each row that is an equality, (m,)."""
         return self.lower == self.upper
 

@@ -16,3 +16,6 @@ class Status(Enum):
     RELAXED = "the optimum after hard limits that contradict each other gave way; its notes say by how much"
     BRAKED = "the hard limits contradict each other, and it brakes to standstill; its notes say which"
     FAILED = "it gave up, or its answer is not a number; look at the rows it was given"
+
+
+NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # answers that do not aim at an optimum

@@ -13,9 +13,8 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import NotSolved
-from taskopt.hierarchy.certificate import PRIMAL
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMITS
 from taskopt.jit import nanoseconds_preparing
 from taskopt.kinematics.stack import Plan
@@ -24,7 +23,7 @@ from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
 _SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
-_WITHOUT_OPTIMUM = frozenset({Status.FORMULA, Status.RELAXED, Status.BRAKED})
+_WITHOUT_OPTIMUM = NO_OPTIMUM | {Status.RELAXED}
 _LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPPED_KEEPS_LIMITS}
 
 
@@ -164,8 +163,7 @@ def may_be_sent(resolution: Resolution) -> bool:
     if not np.isfinite(resolution.x).all():
         return False
     if resolution.status in _LIMITS_KEPT:
-        broken = float(resolution.certificate.residuals[:, PRIMAL].max())
-        return broken <= _LIMITS_KEPT[resolution.status]
+        return resolution.certificate.broken_limit <= _LIMITS_KEPT[resolution.status]
     return resolution.status in _WITHOUT_OPTIMUM
 
 

@@ -6,13 +6,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.review import Cause, LevelAccount
 from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER, SHOWN_VIOLATION
 from taskopt.loop.run import Step
 
-Mask = NDArray[np.bool_]
 Nanoseconds = NDArray[np.timedelta64]
 
 

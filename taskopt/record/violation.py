@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, Mask
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import BoundLimit, JointPositionLimit
-from taskopt.record.batch import Batch, Mask
+from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 
 

@@ -76,6 +76,18 @@ def _is_state(state: object, width: int) -> bool:
     return not width or bool(state.min() >= -1 and state.max() <= 1)
 
 
+def missing_parts(resolver: object) -> list[str]:
+    """Return the parts of the protocol `Resolver` that an object lacks.
+
+    Args:
+        resolver: Anything.
+
+    Returns:
+        Names of the missing parts; empty for a complete resolver.
+    """
+    return [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(resolver, part)]
+
+
 @runtime_checkable
 class Resolver(Protocol):
     """Resolves one hierarchy after the other.

@@ -11,7 +11,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.damping import POLICIES
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.resolver.base import Resolver
+from taskopt.resolver.base import Resolver, missing_parts
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.fallback import ActiveSetWithFallback
@@ -100,7 +100,7 @@ def as_resolver(value: str | Resolver) -> Resolver:
         return resolver(value)
     if isinstance(value, type):
         raise InvalidValue(f"{value.__name__} is a class; make a resolver of it: {value.__name__}()")
-    missing = [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(value, part)]
+    missing = missing_parts(value)
     if missing:
         raise InvalidValue(
             f"{type(value).__name__} is no resolver: it lacks {', '.join(missing)}; see taskopt.Resolver"

@@ -10,11 +10,9 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import equality_levels
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import Cause, LevelAccount, Review
-from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.hierarchy.tolerances import ACCURACY, DOUBTFUL_KEPT, DOUBTFUL_LOST, SMALLEST_VELOCITY
 from taskopt.resolver.closed_form import Descent, LevelEqualities, descend
-
-_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED})  # answers that do not aim at an optimum
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class TickReview(Review):
     @cached_property
     def error(self) -> float:
         """‖x − x solved again on the final active set‖∞, relative to x; NaN where no optimum is aimed at."""
-        if self.resolution.status in _NO_OPTIMUM:
+        if self.resolution.status in NO_OPTIMUM:
             return np.nan
         return _relative_distance(self.resolution.x, self._on_active_set.x)
 

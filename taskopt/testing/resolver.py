@@ -5,7 +5,7 @@ import numpy as np
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.base import Memory, Resolver, checked
+from taskopt.resolver.base import Memory, Resolver, checked, missing_parts
 from taskopt.testing.sampling import require
 
 
@@ -32,7 +32,7 @@ def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 2
     Raises:
         AssertionError: Something does not hold; the message says what, for which seed, and by how much.
     """
-    missing = [part for part in ("name", "strict", "closed_form", "__call__") if not hasattr(resolver, part)]
+    missing = missing_parts(resolver)
     require(not missing, f"the resolver lacks {', '.join(missing)}")
     formula = False
     for index in range(seed, seed + count):

@@ -69,8 +69,7 @@ class BoundGradient(BoundVelocity):
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
         """Try the gradient once, so that a wrong one is found before the first tick."""
-        gradient = self._objective.gradient(configuration)
-        finite("gradient of the objective", gradient, (configuration.robot.nv,))
+        _try_gradient(self._objective, configuration)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the rows; see `RowPart.fill`."""
@@ -138,8 +137,7 @@ class BoundObjective(BoundTask):
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
         """Try the gradient once, so that a wrong one is found before the first tick."""
-        gradient = self._objective.gradient(configuration)
-        finite("gradient of the objective", gradient, (configuration.robot.nv,))
+        _try_gradient(self._objective, configuration)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the row; see `RowPart.fill`."""
@@ -147,6 +145,11 @@ class BoundObjective(BoundTask):
         rows.A[0] = self._objective.gradient(configuration)
         rows.lower[:] = task_rate(0.0, self.gain, lack)
         self.error[:] = max(lack, 0.0)
+
+
+def _try_gradient(objective: Objective, configuration: Configuration) -> None:
+    """Raise `InvalidValue` unless the gradient of an objective is finite and has nv entries."""
+    finite("gradient of the objective", objective.gradient(configuration), (configuration.robot.nv,))
 
 
 def _check_objective(objective: object) -> None:

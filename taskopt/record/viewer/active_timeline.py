@@ -3,8 +3,8 @@
 import numpy as np
 import rerun as rr
 
-from taskopt.arrays import IntArray
-from taskopt.record.batch import Batch, Mask
+from taskopt.arrays import IntArray, Mask
+from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.events import Event, Watcher, send_events

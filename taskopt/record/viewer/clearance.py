@@ -3,9 +3,9 @@
 import numpy as np
 import rerun as rr
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
-from taskopt.record.batch import Batch, Mask
+from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.palette import (
     ACTIVE_LABEL,

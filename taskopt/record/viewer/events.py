@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import rerun as rr
 
+from taskopt.arrays import Mask
 from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
-from taskopt.record.batch import Batch, Mask
+from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.paths import EVENTS

@@ -5,11 +5,11 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from taskopt.arrays import Mask
 from taskopt.hierarchy.layout import numbered
 from taskopt.kinematics.objective import Objective
 from taskopt.kinematics.objective.base import Sum
 from taskopt.kinematics.task import BoundTask
-from taskopt.record.batch import Mask
 from taskopt.record.run_info import RunInfo
 
 

@@ -4,11 +4,11 @@ It is kept apart from the raw answer everywhere: solvers are compared by the raw
 """
 
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory
 
-_NO_OPTIMUM = frozenset({Status.FORMULA, Status.BRAKED, Status.INFEASIBLE})
+_NOTHING_TO_POLISH = NO_OPTIMUM | {Status.INFEASIBLE}
 
 
 def polish(resolution: Resolution) -> Resolution:
@@ -24,6 +24,6 @@ def polish(resolution: Resolution) -> Resolution:
         if and only if the set was right as it stood. What did not aim at an optimum, such as a closed form or
         brakes, is returned as it is.
     """
-    if resolution.status in _NO_OPTIMUM:
+    if resolution.status in _NOTHING_TO_POLISH:
         return resolution
     return ActiveSet(fast_path=False)(resolution.problem, Memory(resolution.state))[0]

@@ -8,7 +8,7 @@ was rounding noise: it is added back, and locked until x moves.
 
 import numpy as np
 
-from taskopt.arrays import Array, StateArray
+from taskopt.arrays import Array, Mask, StateArray
 from taskopt.hierarchy.tolerances import (
     LOST,
     SEARCH_AGREE,
@@ -39,7 +39,6 @@ from taskopt.resolver.active_set.start import (
     zero_is_feasible,
 )
 from taskopt.resolver.active_set.workspace import (
-    BoolArray,
     Count,
     Factor,
     LevelMultipliers,
@@ -245,7 +244,7 @@ def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
 
 
 @kernel_apart
-def _solve(rows: ScaledRows, state: StateArray, locked: BoolArray, x: Array, multipliers: Array) -> int:
+def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipliers: Array) -> int:
     """Solve the hierarchy with the rows of W as equalities; return the row to drop from W, or −1."""
     n, count, levels = x.size, rows.lower.size, rows.offsets.size - 1
     target, held = np.empty(count), 0.0
@@ -269,7 +268,7 @@ def _solve(rows: ScaledRows, state: StateArray, locked: BoolArray, x: Array, mul
 
 @kernel_apart
 def _row_to_drop(
-    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: BoolArray,
+    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: Mask,
     multipliers: Array,
 ) -> int:  # fmt: skip
     """Compute all multipliers; return the inequality with the worst sign at the first wrong level, or −1.

@@ -9,11 +9,9 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 
-BoolArray = NDArray[np.bool_]
 Count = (
     int | np.int64
 )  # counts are np.int64 in compiled code: a literal 0 would compile its callees once more
@@ -150,8 +148,8 @@ class Locks(NamedTuple):
         dropped: (n + M,) True for those that were dropped since x moved last.
     """
 
-    locked: BoolArray
-    dropped: BoolArray
+    locked: Mask
+    dropped: Mask
 
 
 class LastLevel(NamedTuple):
