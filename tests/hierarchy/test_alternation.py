@@ -1,6 +1,7 @@
 """Alternation is counted by name, with the cause that was planted, and only where there is any."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,15 +38,15 @@ def ticks_of(cause: str) -> Iterator[Hierarchy]:
 def bound_moves(move: float = 0.5, noise: float = 0.0, other: float = 1.0) -> list[Resolution]:
     """Forty ticks in which a bound moves past its target by `move`, beside two more levels.
 
-    Level 2 asks for zero ± noise with a row of the size `other`, and level 3 repeats three times level 1.
+    Level 2 asks for zero ± noise with a row of the size `other`, and level 3 is three times a row of level 1.
     """
     ticks = []
     for k in range(40):
         side = 1.0 if k % 2 else -1.0
-        row = np.array([[0.1, 0.2, 0.3]])
-        first = Level(np.vstack([[1.0, 0.0, 0.0], row]), [1.0, 0.1])
-        second = Level([[0.0, 0.0, other]], [side * noise])
-        box = ([-9.0] * 3, [1.0 + move * side, 9.0, 9.0])
+        row = np.array([[0.1, 0.2, 0.3, 0.0]])
+        first = Level(np.vstack([[1.0, 0.0, 0.0, 0.0], row]), [1.0, 0.1])
+        second = Level([[0.0, 0.0, other, 0.0]], [side * noise])
+        box = ([-9.0] * 4, [1.0 + move * side, 9.0, 9.0, 9.0])
         ticks.append(Hierarchy([first, second, Level(3.0 * row, [0.3])], box=box))
     return [ActiveSet()(hierarchy)[0] for hierarchy in ticks]
 
@@ -124,3 +125,37 @@ def test_the_rate_decides_what_is_reported() -> None:
     """39 changes in 40 ticks of 0.01 s are 97.5 a second."""
     assert len(alternations(bound_moves(), DT, per_second=97.5)) == 1
     assert alternations(bound_moves(), DT, per_second=98.0) == ()
+
+
+def test_a_row_that_goes_from_bound_to_bound_is_a_matter_of_gain() -> None:
+    """The box lies above its target in one tick and below it in the next, and no target changes."""
+    boxes = [([2.0], [3.0]) if k % 2 else ([-3.0], [0.5]) for k in range(20)]
+    ticks = [ActiveSet()(Hierarchy([Level([[1.0]], [1.0])], box=box))[0] for box in boxes]
+    found = alternations(ticks, DT)
+    assert {row.name for row in found} == {"box/x0 lower", "box/x0 upper"}
+    assert {row.cause for row in found} == {"gain"}
+
+
+def test_rows_that_pass_a_singularity_within_a_step_are_a_matter_of_rank() -> None:
+    """A row of ±0.05 is far from zero at each tick, and passes through it in between."""
+    ticks = []
+    for k in range(20):
+        side = 1.0 if k % 2 else -1.0
+        level = Level([[1.0, 0.0], [0.0, 0.05 * side]], [1.0, 0.0])
+        ticks.append(Hierarchy([level], box=([-9.0, -9.0], [1.0 + 0.5 * side, 9.0])))
+    assert {row.cause for row in alternations([ActiveSet()(tick)[0] for tick in ticks], DT)} == {"rank"}
+
+
+def test_a_bound_that_changes_its_owner_changes_its_name() -> None:
+    """x ≤ 1 binds in every tick, but comes from two limits in turn, and both are counted."""
+    hierarchy = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [1.0]))
+    layout = replace(hierarchy.layout, owners=("position", "velocity"))
+    ticks = []
+    for k in range(20):
+        tick = Hierarchy.view(layout, hierarchy.buffer.copy(), hierarchy.norm)
+        tick.owner[:] = k % 2
+        ticks.append(ActiveSet()(tick)[0])
+    assert {row.name: row.changes for row in alternations(ticks, DT)} == {
+        "position/x0 upper": 19,
+        "velocity/x0 upper": 19,
+    }

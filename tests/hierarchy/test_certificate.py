@@ -208,3 +208,35 @@ def test_a_small_product_hides_no_complementarity():
     certificate = certify(hierarchy, np.array([1.0 - 1e-7]), np.array([[1e-7, 0.0], [0.0, -1.0]]))
     assert certificate.worst_name == "complementarity of level 1"
     assert certificate.worst == pytest.approx(1e-7, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_signs_of_rows_are_judged_in_the_unit_of_the_level(size):
+    """The hard row size x ≤ size takes −g/size at x = 1: in any unit, 1 of a gradient g = 1 has the wrong sign.
+
+    A distance counts in the unit of x: one of 1e-3 is 1e-3, whatever the unit of the row.
+    """
+    hierarchy = Hierarchy([Level([[1.0]], [0.0])], limits=Level([[size]], upper=[size]))
+    multipliers = np.array([[0.0, -1.0 / size, 0.0], [0.0, 0.0, -1.0]])
+    certificate = certify(hierarchy, np.ones(1), multipliers)
+    assert certificate.residuals[0, RESIDUALS.index("dual")] == pytest.approx(1.0)
+    away = Hierarchy([Level([[1.0]], [1.0])], limits=Level([[size]], upper=[size]))
+    multipliers = np.array([[0.0, 1.0 / size, 0.0], [0.0, 0.0, -1.0]])
+    certificate = certify(away, np.array([0.999]), multipliers)
+    assert certificate.residuals[0, RESIDUALS.index("complementarity")] == pytest.approx(1e-3)
+
+
+def test_a_multiplier_of_a_row_with_the_wrong_sign_frees_no_sign():
+    """As for a bound: x ≤ 1 as a hard row pulls by 1e-9 at level 1, and by 1 at level 2."""
+    levels = [Level([[1.0]], [1.0 - 1e-9]), Level([[1.0]], [0.0])]
+    hierarchy = Hierarchy(levels, limits=Level([[1.0]], upper=[1.0]))
+    multipliers = np.zeros((3, 4))
+    multipliers[0, 1], multipliers[1:, 1] = 1.0 - 1e-9 - 1.0, -1.0
+    assert certify(hierarchy, np.array([1.0]), multipliers).worst_name == "dual of level 2"
+
+
+def test_stationarity_is_relative_to_the_size_of_x():
+    """x₁ = 1 is missed by 1e-3 beside x₀ = 1e4: rounding of x₀ alone moves rows by its share of 1e4."""
+    hierarchy = Hierarchy([Level([[0.0, 1.0]], [1.0])])
+    certificate = certify(hierarchy, np.array([1e4, 1.001]), np.zeros((2, 3)))
+    assert certificate.residuals[0, 0] == pytest.approx(1e-7, rel=1e-6)

@@ -140,3 +140,36 @@ def test_a_gradient_of_equalities_and_bounds_is_shared() -> None:
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1e-9, 9.0]))
     y = find_multipliers(hierarchy, np.array([1e-9, -1e-9]))
     np.testing.assert_allclose(y[1, [0, 2]], [1.0, -1.0], rtol=1e-6)
+
+
+def test_small_multipliers_of_bounds_are_fitted_beside_large_ones_of_equalities() -> None:
+    """Hard x₀ = 0 takes 1 of the gradient, and x₁ ≤ 0 the 1e-10 that are left."""
+    level = Level(np.eye(2), [1.0, 1e-10])
+    hierarchy = Hierarchy([level], box=([-9.0, -9.0], [9.0, 0.0]), limits=Level([[1.0, 0.0]], [0.0]))
+    np.testing.assert_allclose(find_multipliers(hierarchy, np.zeros(2))[0, [1, 2]], [1e-10, 1.0], rtol=1e-9)
+
+
+def test_rounding_that_equalities_leave_takes_no_multipliers_of_bounds() -> None:
+    """A hard equality takes the whole gradient, so that bounds that are met take nothing, to the last bit."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        row = rng.normal(size=3)
+        hierarchy = Hierarchy([Level([row], [1.0])], box=([0.0] * 3, [9.0] * 3), limits=Level([row], [0.0]))
+        assert not find_multipliers(hierarchy, np.zeros(3))[0, :3].any()
+
+
+def test_a_violated_hard_row_keeps_its_sign() -> None:
+    """x ≤ 1 is met to the accuracy of a solver (5e-9) and cannot pull x = 0 away from zero."""
+    for limit in ({"box": ([-9.0], [1.0])}, {"limits": Level([[1.0]], upper=[1.0])}):
+        hierarchy = Hierarchy([Level([[1.0]], [0.0])], **limit)
+        assert not find_multipliers(hierarchy, np.array([1.0 + 5e-9]))[0].any()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4])
+def test_bounds_and_violations_are_relative_to_the_largest_term(size: float) -> None:
+    """In µm as in m: a bound that is met to 1e-9 takes its multiplier, a row missed by 1e-10 stays one-sided."""
+    bounded = Hierarchy([Level([[1.0]], [3.0 * size])], box=([-5.0 * size], [size]))
+    assert certify_velocity(bounded, [size * (1.0 - 1e-9)]).proves()
+    levels = [Level([[1.0, -1.0]], upper=[0.0]), Level(np.eye(2), [2.0 * size, 3.0 * size])]
+    hierarchy = Hierarchy(levels, box=([-9.0 * size] * 2, [size] * 2))
+    assert certify_velocity(hierarchy, [size, size * (1.0 - 1e-10)]).proves()

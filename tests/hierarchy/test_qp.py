@@ -107,3 +107,10 @@ def test_equal_bounds_are_an_equality_and_not_crossed() -> None:
     """lower = upper is feasible, and counted as an equality."""
     qp = QuadraticProgram.checked([[1.0]], [0.0], [[1.0], [1.0]], [1.0, 0.0], [1.0, 1.0], [0.5], [0.5])
     np.testing.assert_array_equal(qp.equality, [True, False])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e6])
+def test_a_multiplier_is_relative_to_the_largest_term_of_the_gradient(size: float) -> None:
+    """A multiplier of 1e-6 size beside a gradient of size, at any distance from its bound: 1e-6."""
+    qp = QuadraticProgram.checked([[0.0]], [size], [[1.0]], upper=[1.0])
+    assert residuals_of(qp, 0.0, 1e-6 * size)[3] == pytest.approx(1e-6)

@@ -157,3 +157,9 @@ def test_the_norm_is_the_product_of_its_root(W: np.ndarray) -> None:
     np.testing.assert_allclose(L.T @ L, np.diag(W) if W.ndim == 1 else W, rtol=1e-14, atol=1e-15)
     assert L[1, 0] == 0.0
     np.testing.assert_allclose(L @ inverse_root(W), np.eye(2), atol=1e-15)
+
+
+def test_the_default_rule_has_a_tenfold_hysteresis() -> None:
+    """Directions are lost at 1e-10 of the rows, and back at 1e-9."""
+    for sigma, before, rank in ((0.9e-10, 1, 0), (1.1e-10, 1, 1), (0.9e-9, 0, 0), (1.1e-9, 0, 1)):
+        assert RankRule().rank(np.array([sigma]), 1.0, before) == rank
