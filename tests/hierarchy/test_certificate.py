@@ -212,7 +212,7 @@ def test_a_small_product_hides_no_complementarity():
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_signs_of_rows_are_judged_in_the_unit_of_the_level(size):
-    """The hard row size x ≤ size takes −g/size at x = 1: in any unit, 1 of a gradient g = 1 has the wrong sign.
+    """The hard row size x ≤ size takes −g/size at x = 1: in any unit, 1 of g = 1 has the wrong sign.
 
     A distance counts in the unit of x: one of 1e-3 is 1e-3, whatever the unit of the row.
     """

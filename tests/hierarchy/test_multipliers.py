@@ -167,7 +167,7 @@ def test_a_violated_hard_row_keeps_its_sign() -> None:
 
 @pytest.mark.parametrize("size", [1.0, 1e4])
 def test_bounds_and_violations_are_relative_to_the_largest_term(size: float) -> None:
-    """In µm as in m: a bound that is met to 1e-9 takes its multiplier, a row missed by 1e-10 stays one-sided."""
+    """In µm as in m: a bound met to 1e-9 takes its multiplier, a row missed by 1e-10 stays one-sided."""
     bounded = Hierarchy([Level([[1.0]], [3.0 * size])], box=([-5.0 * size], [size]))
     assert certify_velocity(bounded, [size * (1.0 - 1e-9)]).proves()
     levels = [Level([[1.0, -1.0]], upper=[0.0]), Level(np.eye(2), [2.0 * size, 3.0 * size])]

@@ -51,7 +51,7 @@ def unexplained(source: str) -> list[str]:
 
 
 def test_no_module_beside_the_table_has_a_tolerance() -> None:
-    """A float below 1e-3 stands in `hierarchy/tolerances.py`, or is no tolerance, for a reason given above."""
+    """A float below 1e-3 stands in `hierarchy/tolerances.py`, or is no tolerance, as said above."""
     modules = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py") if path != TABLE}
     assert len(modules) > 80
     found = {name: values for name, path in modules.items() if (values := small_literals(path.read_text()))}
