@@ -291,6 +291,13 @@ UNIT_NORM = 1e-6
 Smaller: configurations printed with seven digits are refused. Larger: a q in another convention may pass.
 """
 
+REPRESENTATION_SINGULAR = 1e-6
+"""Size of det T(φ) below which Euler angles count as being at a representation singularity.
+
+Smaller: rates of the angles of more than 1e6 times the angular velocity are returned, with six digits lost.
+Larger: orientations are refused at which the rates are still good to many digits.
+"""
+
 NO_ANGLE = 1e-8
 """Norm of a quaternion's vector part below which the angle over its sine is taken to be 1 exactly.
 

@@ -1,0 +1,1 @@
+"""Analysis of a robot at q: Jacobians, singularities, redundancy, statics, closed chains, ellipsoids."""
