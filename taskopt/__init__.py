@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.review import LevelAccount as LevelAccount
     from taskopt.hierarchy.review import Review as Review
     from taskopt.hierarchy.status import Status as Status
+    from taskopt.kinematics.analysis.jacobians import analytical_jacobian as analytical_jacobian
+    from taskopt.kinematics.analysis.jacobians import geometric_jacobian as geometric_jacobian
     from taskopt.kinematics.configuration import Configuration as Configuration
     from taskopt.kinematics.geometry import Box as Box
     from taskopt.kinematics.geometry import Capsule as Capsule
@@ -67,10 +69,22 @@ if TYPE_CHECKING:
     from taskopt.kinematics.objective import ObstacleDistance as ObstacleDistance
     from taskopt.kinematics.objective import SelfDistance as SelfDistance
     from taskopt.kinematics.objective import UserFunction as UserFunction
+    from taskopt.kinematics.orientation import RPY as RPY
+    from taskopt.kinematics.orientation import ZYZ as ZYZ
+    from taskopt.kinematics.orientation import EulerAngles as EulerAngles
     from taskopt.kinematics.robot import DHRow as DHRow
     from taskopt.kinematics.robot import Robot as Robot
+    from taskopt.kinematics.robot import anthropomorphic_arm as anthropomorphic_arm
+    from taskopt.kinematics.robot import anthropomorphic_with_wrist as anthropomorphic_with_wrist
+    from taskopt.kinematics.robot import cylindrical_arm as cylindrical_arm
+    from taskopt.kinematics.robot import parallelogram_arm as parallelogram_arm
     from taskopt.kinematics.robot import planar_arm as planar_arm
     from taskopt.kinematics.robot import robot_names as robot_names
+    from taskopt.kinematics.robot import scara as scara
+    from taskopt.kinematics.robot import seven_joint_arm as seven_joint_arm
+    from taskopt.kinematics.robot import spherical_arm as spherical_arm
+    from taskopt.kinematics.robot import spherical_wrist as spherical_wrist
+    from taskopt.kinematics.robot import stanford_manipulator as stanford_manipulator
     from taskopt.kinematics.stack import Plan as Plan
     from taskopt.kinematics.stack import Stack as Stack
     from taskopt.kinematics.target import Circle as Circle
@@ -152,6 +166,7 @@ _HOME = {
     "Damping": "taskopt.hierarchy.damping",
     "DampingTask": "taskopt.kinematics.task",
     "During": "taskopt.kinematics.task",
+    "EulerAngles": "taskopt.kinematics.orientation",
     "FrameTask": "taskopt.kinematics.task",
     "Function": "taskopt.kinematics.target",
     "GazeTask": "taskopt.kinematics.task",
@@ -192,6 +207,7 @@ _HOME = {
     "PositionTask": "taskopt.kinematics.task",
     "PseudoInverse": "taskopt.resolver.closed_form_resolvers",
     "QuadraticProgram": "taskopt.hierarchy.qp",
+    "RPY": "taskopt.kinematics.orientation",
     "RankRule": "taskopt.hierarchy.rank",
     "RateLimit": "taskopt.kinematics.limit",
     "Resolution": "taskopt.hierarchy.resolution",
@@ -217,12 +233,19 @@ _HOME = {
     "UnknownName": "taskopt.errors",
     "UserFunction": "taskopt.kinematics.objective",
     "WeightedQP": "taskopt.resolver.weighted",
+    "ZYZ": "taskopt.kinematics.orientation",
     "alternations": "taskopt.hierarchy.alternation",
+    "analytical_jacobian": "taskopt.kinematics.analysis.jacobians",
+    "anthropomorphic_arm": "taskopt.kinematics.robot",
+    "anthropomorphic_with_wrist": "taskopt.kinematics.robot",
     "certify": "taskopt.hierarchy.certificate",
     "certify_velocity": "taskopt.hierarchy.multipliers",
+    "cylindrical_arm": "taskopt.kinematics.robot",
     "find_conflict": "taskopt.resolver.infeasible",
+    "geometric_jacobian": "taskopt.kinematics.analysis.jacobians",
     "largest_jump": "taskopt.kinematics.task.transition",
     "load_scenario": "taskopt.loop.scenario",
+    "parallelogram_arm": "taskopt.kinematics.robot",
     "planar_arm": "taskopt.kinematics.robot",
     "register_resolver": "taskopt.resolver.registry",
     "register_solver": "taskopt.solver.registry",
@@ -231,7 +254,12 @@ _HOME = {
     "resolver_names": "taskopt.resolver.registry",
     "robot_names": "taskopt.kinematics.robot",
     "run": "taskopt.loop.run",
+    "scara": "taskopt.kinematics.robot",
+    "seven_joint_arm": "taskopt.kinematics.robot",
     "solvers": "taskopt.solver.registry",
+    "spherical_arm": "taskopt.kinematics.robot",
+    "spherical_wrist": "taskopt.kinematics.robot",
+    "stanford_manipulator": "taskopt.kinematics.robot",
     "swap": "taskopt.kinematics.task.transition",
 }
 

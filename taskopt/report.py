@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from taskopt.kinematics.robot import robot_names
+from taskopt.kinematics.robot.arms import ARMS
 from taskopt.loop.scenario import scenario_files
 from taskopt.record.summary import Summary
 from taskopt.resolver.registry import resolver_names
@@ -236,12 +237,15 @@ def show_inventory(console: Console) -> None:
     Args:
         console: Where to print.
     """
-    robots = robot_names()
+    arms = tuple(ARMS)
+    console.print(Text("arms of the textbook", style="bold"))
+    console.print(Columns(arms, padding=(0, 2)))
+    robots = robot_names()[len(arms) :]
     if robots:
         console.print(Text("robots", style="bold"))
         console.print(Columns(robots, padding=(0, 2)))
     else:
-        console.print("no named robots; install them with: pip install 'taskopt[robots]'", markup=False)
+        console.print("no other robots; install them with: pip install 'taskopt[robots]'", markup=False)
     rows = Table("solver", "method", "installed", box=box.SIMPLE_HEAD, pad_edge=False)
     for solver in solvers():
         rows.add_row(

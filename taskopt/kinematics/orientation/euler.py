@@ -14,7 +14,7 @@ _LETTERS = "XYZ"
 
 @dataclass(frozen=True)
 class EulerAngles:
-    """A set of Euler angles φ = (φ, ϑ, ψ): R(φ) = R_a(φ) R_b(ϑ) R_c(ψ), each about an axis of the current frame.
+    """A set of Euler angles (φ, ϑ, ψ): R = R_a(φ) R_b(ϑ) R_c(ψ), each about an axis of the current frame.
 
     The chapter uses two sets: ZYZ, and roll, pitch and yaw (RPY), which turn about x, y and z of the fixed
     frame, first ψ, then ϑ, then φ. The latter is ZYX in the current frame, R = R_z(φ) R_y(ϑ) R_x(ψ).
@@ -187,7 +187,7 @@ class EulerAngles:
                 f"representation singularity, {self.representation_singularity}; use another set of angles, "
                 "the quaternion, or the rotation vector there"
             )
-        return np.linalg.solve(self.rate_map(angles), omega)
+        return np.linalg.inv(self.rate_map(angles)) @ omega
 
     @property
     def _indices(self) -> tuple[int, int, int]:
@@ -202,7 +202,7 @@ class EulerAngles:
 
     @property
     def _sign(self) -> float:
-        """+1 if x, y and z follow each other cyclically in the axes a, b and the one that is left, else −1."""
+        """+1 if the axes a, b and the one that is left follow each other as x, y, z do, else −1."""
         a, b, _ = self._indices
         return 1.0 if (b - a) % 3 == 1 else -1.0
 

@@ -1,6 +1,15 @@
-"""Robots from URDF files, by name, from Denavit–Hartenberg rows, or from a `pin.Model`."""
+"""Robots from URDF files, by name, from Denavit–Hartenberg rows, from a `pin.Model`; arms of the textbook."""
 
 from taskopt.kinematics.robot.dh import DHRow as DHRow
 from taskopt.kinematics.robot.named import robot_names as robot_names
 from taskopt.kinematics.robot.robot import Robot as Robot
+from taskopt.kinematics.robot.textbook import anthropomorphic_arm as anthropomorphic_arm
+from taskopt.kinematics.robot.textbook import anthropomorphic_with_wrist as anthropomorphic_with_wrist
+from taskopt.kinematics.robot.textbook import cylindrical_arm as cylindrical_arm
+from taskopt.kinematics.robot.textbook import parallelogram_arm as parallelogram_arm
 from taskopt.kinematics.robot.textbook import planar_arm as planar_arm
+from taskopt.kinematics.robot.textbook import scara as scara
+from taskopt.kinematics.robot.textbook import seven_joint_arm as seven_joint_arm
+from taskopt.kinematics.robot.textbook import spherical_arm as spherical_arm
+from taskopt.kinematics.robot.textbook import spherical_wrist as spherical_wrist
+from taskopt.kinematics.robot.textbook import stanford_manipulator as stanford_manipulator

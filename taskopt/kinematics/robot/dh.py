@@ -3,6 +3,7 @@
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,7 +13,7 @@ import pinocchio as pin
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.tolerances import SAME_POINT
-from taskopt.kinematics.engine import Model
+from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.geometry.coal import add_capsule
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot.parts import Parts
@@ -30,6 +31,8 @@ class DHRow:
         d: [m].
         theta: ϑ [rad].
         joint: "revolute" or "prismatic".
+        rod: Length of the rod that a prismatic joint slides [m], a piece of the link: from the origin of the
+            new frame along its z axis, backwards if negative. 0 is none.
         lower: Lower position limit [rad or m]; −inf is none.
         upper: Upper position limit [rad or m]; +inf is none.
         velocity: Velocity limit [rad/s or m/s]; +inf is none.
@@ -45,12 +48,13 @@ class DHRow:
     lower: float = -np.inf
     upper: float = np.inf
     velocity: float = np.inf
+    rod: float = 0.0
 
     def __post_init__(self) -> None:
         if self.joint not in ("revolute", "prismatic"):
             raise InvalidValue(f"joint must be 'revolute' or 'prismatic', got {self.joint!r}")
-        if not np.isfinite([self.a, self.alpha, self.d, self.theta]).all():
-            raise InvalidValue(f"a, alpha, d and theta must be finite, got {self}")
+        if not np.isfinite([self.a, self.alpha, self.d, self.theta, self.rod]).all():
+            raise InvalidValue(f"a, alpha, d, theta and rod must be finite, got {self}")
         if not self.lower <= self.upper:
             raise InvalidValue(f"lower must be ≤ upper, got {self.lower} and {self.upper}")
         if not self.velocity > 0.0:
@@ -97,24 +101,67 @@ def build_dh(
     """
     if not rows:
         raise InvalidValue("an arm needs at least one Denavit–Hartenberg row")
-    if radius is None:
-        radius = 0.06 * max([abs(r.a) for r in rows] + [abs(r.d) for r in rows]) or 0.03
-    radius = positive("radius", radius)
     model, shapes = pin.Model(), pin.GeometryModel()
     model.name = name
-    joint, placement = 0, np.eye(4) if base is None else checked_pose("base", base)
-    for i, row in enumerate(rows, start=1):
-        joint = _add_joint(model, joint, placement, f"joint{i}", row)
-        placement = row.constant
-        _add_frame(model, f"link{i}", joint, placement)
-        corner = np.array([0.0, 0.0, row.d])
-        ends = (np.zeros(3), corner), (corner, placement[:3, 3])
-        pieces = [piece for piece in ends if np.linalg.norm(piece[1] - piece[0]) > SAME_POINT]
-        for k, (start, stop) in enumerate(pieces or [(corner, corner)]):
-            add_capsule(shapes, f"link{i}_{k}", joint, start, stop, radius)
+    names = tuple(str(i) for i in range(1, len(rows) + 1))
+    start = np.eye(4) if base is None else checked_pose("base", base)
+    joint = add_chain(model, shapes, rows, names, start, default_radius(rows) if radius is None else radius)
     tip = np.eye(4) if tool is None else checked_pose("tool", tool)
-    _add_frame(model, "tip", joint, placement @ tip)
+    add_frame(model, "tip", joint, rows[-1].constant @ tip)
     return Parts(model, shapes, None, name)
+
+
+def default_radius(rows: Sequence[DHRow]) -> float:
+    """Return the radius of links [m]: 6 % of the longest length, and 3 cm where all lengths are zero.
+
+    Args:
+        rows: The rows of all links.
+    """
+    return 0.06 * max(abs(length) for row in rows for length in (row.a, row.d, row.rod)) or 0.03
+
+
+def add_chain(
+    model: Model,
+    shapes: GeometryModel,
+    rows: Sequence[DHRow],
+    names: Sequence[str],
+    start: Array,
+    radius: float,
+) -> int:
+    """Add a chain of joints and links to a tree, from the base on.
+
+    Args:
+        model: The tree, to which the joints and frames are added.
+        shapes: Its shapes, to which the capsules are added.
+        rows: One row for each joint.
+        names: What follows "joint" and "link" in the names, one for each joint.
+        start: (4, 4) pose of the chain's frame 0 in the world [m].
+        radius: Of the capsules [m].
+
+    Returns:
+        Index of the last joint.
+
+    Raises:
+        InvalidValue: The radius is not positive.
+    """
+    radius = positive("radius", radius)
+    joint, placement = 0, start
+    for name, row in zip(names, rows, strict=True):
+        joint = _add_joint(model, joint, placement, f"joint{name}", row)
+        placement = row.constant
+        add_frame(model, f"link{name}", joint, placement)
+        for k, (begin, end) in enumerate(_segments(row)):
+            add_capsule(shapes, f"link{name}_{k}", joint, begin, end, radius)
+    return joint
+
+
+def _segments(row: DHRow) -> list[tuple[Array, Array]]:
+    """Return the ends (3,) [m] of the straight pieces of a link, in the frame of its joint."""
+    corner, end = np.array([0.0, 0.0, row.d]), row.constant[:3, 3]
+    pieces = [(np.zeros(3), corner), (corner, end), (end, end + row.rod * row.constant[:3, 2])]
+    return [piece for piece in pieces if np.linalg.norm(piece[1] - piece[0]) > SAME_POINT] or [
+        (corner, corner)
+    ]
 
 
 def _add_joint(model: Model, parent: int, placement: Array, name: str, row: DHRow) -> int:
@@ -126,7 +173,14 @@ def _add_joint(model: Model, parent: int, placement: Array, name: str, row: DHRo
     return joint
 
 
-def _add_frame(model: Model, name: str, joint: int, placement: Array) -> None:
-    """Add a body frame at a pose (4, 4) in its joint."""
+def add_frame(model: Model, name: str, joint: int, placement: Array) -> None:
+    """Add a body frame to a tree.
+
+    Args:
+        model: The tree.
+        name: Name of the frame.
+        joint: Index of the joint that carries it.
+        placement: (4, 4) pose of the frame in that joint [m].
+    """
     parent_frame = model.getFrameId(model.names[joint])
     model.addFrame(pin.Frame(name, joint, parent_frame, pin.SE3(placement), pin.FrameType.BODY))

@@ -1,4 +1,4 @@
-"""Robots by name: every URDF of the package example-robot-data, the extra `taskopt[robots]`."""
+"""Robots by name: the arms of the textbook, and all URDF files of the extra `taskopt[robots]`."""
 
 import sys
 from collections import Counter
@@ -7,7 +7,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
-from taskopt.errors import NotInstalled, UnknownName
+from taskopt.errors import InvalidValue, NotInstalled, UnknownName
+from taskopt.kinematics.robot.arms import ARMS
 from taskopt.kinematics.robot.parts import Parts
 from taskopt.kinematics.robot.urdf import lazy_parts, named_states, read_tree
 
@@ -26,15 +27,22 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
 
     Args:
         name: One of `robot_names`.
-        floating: Give the robot a floating base; None: if it walks or flies.
+        floating: Give the robot a floating base; None: if it walks or flies. Arms of the textbook stand.
 
     Returns:
         The parts of the robot.
 
     Raises:
         UnknownName: There is no robot of that name.
-        NotInstalled: The extra `taskopt[robots]` is not installed.
+        NotInstalled: It is no arm of the textbook, and the extra `taskopt[robots]` is not installed.
+        InvalidValue: An arm of the textbook is asked to float.
     """
+    if name in ARMS:
+        if floating:
+            raise InvalidValue(
+                f"the robot '{name}' is an arm of the textbook, which stands; leave floating out"
+            )
+        return ARMS[name]()
     share = _share()
     if share is None:
         raise NotInstalled(f"the robot '{name}'", "'taskopt[robots]'")
@@ -46,8 +54,8 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
 
 
 def robot_names() -> tuple[str, ...]:
-    """Return the names that `Robot.load` knows, sorted; none if the extra is not installed."""
-    return tuple(sorted(_files()))
+    """Return the names that `Robot.load` knows: arms of the textbook, then robots of the extra, sorted."""
+    return (*ARMS, *sorted(_files()))
 
 
 def floats(path: Path, srdf: Path | None) -> bool:
@@ -75,7 +83,7 @@ def _path(name: str) -> Path:
     if name not in files:
         longer = [known for known in files if known.endswith(f"/{name}")]
         raise UnknownName(
-            "robot", name, files, f"({' and '.join(longer)} have that file name)" if longer else ""
+            "robot", name, (*ARMS, *files), f"({' and '.join(longer)} have that file name)" if longer else ""
         )
     return files[name]
 

@@ -93,7 +93,7 @@ class Robot:
 
     @staticmethod
     def load(name: str, lock: Iterable[str] = (), floating: bool | None = None) -> "Robot":
-        """Load a robot of the extra `taskopt[robots]` by name.
+        """Load a robot by name: an arm of the textbook, or a robot of the extra `taskopt[robots]`.
 
         Args:
             name: One of the names that `taskopt list` shows.
@@ -105,9 +105,9 @@ class Robot:
 
         Raises:
             UnknownName: There is no robot, or no joint, of that name.
-            NotInstalled: The extra is not installed.
+            NotInstalled: The name is that of no arm of the textbook, and the extra is not installed.
         """
-        return Robot._of(load_named(name, floating)).lock(lock)
+        return Robot.from_parts(load_named(name, floating)).lock(lock)
 
     @staticmethod
     def from_urdf(
@@ -136,7 +136,7 @@ class Robot:
             InvalidValue: Pinocchio cannot read the file.
             UnknownName: a joint to lock does not exist.
         """
-        return Robot._of(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
+        return Robot.from_parts(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
 
     @staticmethod
     def from_dh(
@@ -165,11 +165,21 @@ class Robot:
 
         Source: (2.52) of the textbook.
         """
-        return Robot._of(build_dh(tuple(rows), name, base, tool, radius))
+        return Robot.from_parts(build_dh(tuple(rows), name, base, tool, radius))
 
     @staticmethod
-    def _of(parts: Parts) -> "Robot":
-        """Make a robot of its parts."""
+    def from_parts(parts: Parts) -> "Robot":
+        """Make a robot of its parts, as every reader of robots returns them.
+
+        Args:
+            parts: Tree, shapes, name and postures.
+
+        Returns:
+            The robot.
+
+        Raises:
+            InvalidValue: The tree has wrong limits or mimic joints, or a posture does not fit it.
+        """
         return Robot(parts.model, parts.geometry, parts.visual, name=parts.name, postures=parts.postures)
 
     def __repr__(self) -> str:
@@ -318,7 +328,9 @@ class Robot:
             return self
         postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
         parts = Parts(self.model, lambda: self.geometry, lambda: self.visual, self.name, postures)
-        return Robot._of(parts.locked(ids, self._inside(self.neutral) if q is None else self.checked_q(q)))
+        return Robot.from_parts(
+            parts.locked(ids, self._inside(self.neutral) if q is None else self.checked_q(q))
+        )
 
     def checked_q(self, q: ArrayLike) -> Array:
         """Copy a configuration from outside, after checking it, and normalise its quaternions.

@@ -1,49 +1,33 @@
-"""Arms of the textbook: Siciliano, Sciavicco, Villani and Oriolo, Robotics, Sect. 2.9."""
+"""The arms of the textbook as robots; `taskopt.kinematics.robot.arms` describes each with its arguments."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec
 
-import numpy as np
-
-from taskopt.arrays import ArrayLike, bound, finite
-from taskopt.kinematics.robot.dh import DHRow
+from taskopt.kinematics.robot import arms
+from taskopt.kinematics.robot.parts import Parts
 from taskopt.kinematics.robot.robot import Robot
 
-
-def planar_arm(
-    lengths: Sequence[float] = (0.5, 0.5, 0.5),
-    lower: ArrayLike = -np.inf,
-    upper: ArrayLike = np.inf,
-    velocity: ArrayLike = np.inf,
-    radius: float | None = None,
-) -> Robot:
-    """Make an arm with parallel revolute joints, which moves in the x-y plane.
-
-    With three links: x = a₁ c₁ + a₂ c₁₂ + a₃ c₁₂₃, and y likewise with sines.
-
-    Args:
-        lengths: a (n,) [m], one for each link.
-        lower: Lower position limits [rad], one number for all joints or one for each.
-        upper: Upper position limits [rad], likewise.
-        velocity: Velocity limits [rad/s], likewise.
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
-
-    Returns:
-        The robot; its last frame is "tip".
-
-    Raises:
-        InvalidValue: a length is not finite, or the limits do not fit.
-
-    Source: Fig. 2.20 and (2.83) of the textbook.
-    """
-    a = finite("lengths", lengths, (None,))
-    n = len(a)
-    own = (_one_each(name, x, n) for name, x in (("lower", lower), ("upper", upper), ("velocity", velocity)))
-    rows = [
-        DHRow(a_i, 0.0, 0.0, 0.0, "revolute", *limits) for a_i, *limits in zip(a.tolist(), *own, strict=True)
-    ]
-    return Robot.from_dh(rows, name=f"planar{n}", radius=radius)
+_Arguments = ParamSpec("_Arguments")
 
 
-def _one_each(name: str, value: ArrayLike, n: int) -> list[float]:
-    """Return one limit for each joint, from one number for all or one for each."""
-    return bound(name, np.full(n, value) if np.ndim(value) == 0 else value, (n,)).tolist()
+def _robot(build: Callable[_Arguments, Parts]) -> Callable[_Arguments, Robot]:
+    """Return a function with the same arguments that makes a robot of the parts."""
+
+    @wraps(build)
+    def made(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> Robot:
+        return Robot.from_parts(build(*arguments, **named))
+
+    return made
+
+
+planar_arm = _robot(arms.planar_arm)
+parallelogram_arm = _robot(arms.parallelogram_arm)
+spherical_arm = _robot(arms.spherical_arm)
+cylindrical_arm = _robot(arms.cylindrical_arm)
+scara = _robot(arms.scara)
+anthropomorphic_arm = _robot(arms.anthropomorphic_arm)
+spherical_wrist = _robot(arms.spherical_wrist)
+stanford_manipulator = _robot(arms.stanford_manipulator)
+anthropomorphic_with_wrist = _robot(arms.anthropomorphic_with_wrist)
+seven_joint_arm = _robot(arms.seven_joint_arm)

@@ -1,4 +1,4 @@
-"""S(·), Euler angles, angle and axis and quaternions: the chapter's formulas, written out, and derivatives."""
+"""S(·), Euler angles, angle and axis, quaternions: the formulas of the chapter, and derivatives."""
 
 import numpy as np
 import pytest
@@ -161,10 +161,10 @@ def test_a_representation_singularity_is_named() -> None:
     T = ZYZ.rate_map([0.3, 0.0, 0.2])
     assert np.linalg.matrix_rank(T, tol=1e-12) == 2
     with pytest.raises(
-        InvalidValue, match="ZYZ angles .* representation singularity, sin ϑ = 0; use another"
+        InvalidValue, match=r"ZYZ angles .* representation singularity, sin ϑ = 0; use another"
     ):
         ZYZ.rates([0.3, 0.0, 0.2], [1.0, 0.0, 0.0])
-    with pytest.raises(InvalidValue, match="RPY angles .* cos ϑ = 0"):
+    with pytest.raises(InvalidValue, match=r"RPY angles .* cos ϑ = 0"):
         RPY.rates([0.3, np.pi / 2, 0.2], np.eye(3))
 
 
