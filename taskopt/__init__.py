@@ -47,8 +47,24 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.review import LevelAccount as LevelAccount
     from taskopt.hierarchy.review import Review as Review
     from taskopt.hierarchy.status import Status as Status
+    from taskopt.kinematics.analysis.closed_chain import loop_jacobian as loop_jacobian
+    from taskopt.kinematics.analysis.closed_chain import transmission as transmission
+    from taskopt.kinematics.analysis.ellipsoid import Ellipsoid as Ellipsoid
+    from taskopt.kinematics.analysis.ellipsoid import force_ellipsoid as force_ellipsoid
+    from taskopt.kinematics.analysis.ellipsoid import velocity_ellipsoid as velocity_ellipsoid
     from taskopt.kinematics.analysis.jacobians import analytical_jacobian as analytical_jacobian
     from taskopt.kinematics.analysis.jacobians import geometric_jacobian as geometric_jacobian
+    from taskopt.kinematics.analysis.redundancy import Subspaces as Subspaces
+    from taskopt.kinematics.analysis.redundancy import internal_motion as internal_motion
+    from taskopt.kinematics.analysis.redundancy import subspaces as subspaces
+    from taskopt.kinematics.analysis.singularity import Singularity as Singularity
+    from taskopt.kinematics.analysis.singularity import classify_singularity as classify_singularity
+    from taskopt.kinematics.analysis.singularity import decouple as decouple
+    from taskopt.kinematics.analysis.singularity import find_singularity as find_singularity
+    from taskopt.kinematics.analysis.singularity import workspace_map as workspace_map
+    from taskopt.kinematics.analysis.statics import force_transform as force_transform
+    from taskopt.kinematics.analysis.statics import joint_torques as joint_torques
+    from taskopt.kinematics.analysis.statics import velocity_transform as velocity_transform
     from taskopt.kinematics.configuration import Configuration as Configuration
     from taskopt.kinematics.geometry import Box as Box
     from taskopt.kinematics.geometry import Capsule as Capsule
@@ -63,12 +79,14 @@ if TYPE_CHECKING:
     from taskopt.kinematics.limit import RateLimit as RateLimit
     from taskopt.kinematics.limit import RowLimit as RowLimit
     from taskopt.kinematics.limit import SelfCollisionLimit as SelfCollisionLimit
+    from taskopt.kinematics.objective import ForceRatio as ForceRatio
     from taskopt.kinematics.objective import JointRange as JointRange
     from taskopt.kinematics.objective import Manipulability as Manipulability
     from taskopt.kinematics.objective import Objective as Objective
     from taskopt.kinematics.objective import ObstacleDistance as ObstacleDistance
     from taskopt.kinematics.objective import SelfDistance as SelfDistance
     from taskopt.kinematics.objective import UserFunction as UserFunction
+    from taskopt.kinematics.objective import VelocityRatio as VelocityRatio
     from taskopt.kinematics.orientation import RPY as RPY
     from taskopt.kinematics.orientation import ZYZ as ZYZ
     from taskopt.kinematics.orientation import EulerAngles as EulerAngles
@@ -103,6 +121,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import GradientTask as GradientTask
     from taskopt.kinematics.task import JointTask as JointTask
     from taskopt.kinematics.task import LevelDamping as LevelDamping
+    from taskopt.kinematics.task import LoopTask as LoopTask
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
@@ -166,7 +185,9 @@ _HOME = {
     "Damping": "taskopt.hierarchy.damping",
     "DampingTask": "taskopt.kinematics.task",
     "During": "taskopt.kinematics.task",
+    "Ellipsoid": "taskopt.kinematics.analysis.ellipsoid",
     "EulerAngles": "taskopt.kinematics.orientation",
+    "ForceRatio": "taskopt.kinematics.objective",
     "FrameTask": "taskopt.kinematics.task",
     "Function": "taskopt.kinematics.target",
     "GazeTask": "taskopt.kinematics.task",
@@ -190,6 +211,7 @@ _HOME = {
     "LevelRows": "taskopt.hierarchy.problem",
     "Limit": "taskopt.kinematics.limit",
     "Line": "taskopt.kinematics.target",
+    "LoopTask": "taskopt.kinematics.task",
     "Manipulability": "taskopt.kinematics.objective",
     "Memory": "taskopt.resolver.base",
     "MissingFile": "taskopt.errors",
@@ -219,6 +241,7 @@ _HOME = {
     "SelfCollisionLimit": "taskopt.kinematics.limit",
     "SelfDistance": "taskopt.kinematics.objective",
     "Side": "taskopt.resolver.infeasible",
+    "Singularity": "taskopt.kinematics.analysis.singularity",
     "Solution": "taskopt.hierarchy.qp",
     "Solve": "taskopt.solver.base",
     "Solver": "taskopt.solver.registry",
@@ -226,12 +249,14 @@ _HOME = {
     "Stack": "taskopt.kinematics.stack",
     "Status": "taskopt.hierarchy.status",
     "Step": "taskopt.loop.run",
+    "Subspaces": "taskopt.kinematics.analysis.redundancy",
     "Sugihara": "taskopt.hierarchy.damping",
     "Target": "taskopt.kinematics.target",
     "Task": "taskopt.kinematics.task",
     "TaskoptError": "taskopt.errors",
     "UnknownName": "taskopt.errors",
     "UserFunction": "taskopt.kinematics.objective",
+    "VelocityRatio": "taskopt.kinematics.objective",
     "WeightedQP": "taskopt.resolver.weighted",
     "ZYZ": "taskopt.kinematics.orientation",
     "alternations": "taskopt.hierarchy.alternation",
@@ -240,11 +265,19 @@ _HOME = {
     "anthropomorphic_with_wrist": "taskopt.kinematics.robot",
     "certify": "taskopt.hierarchy.certificate",
     "certify_velocity": "taskopt.hierarchy.multipliers",
+    "classify_singularity": "taskopt.kinematics.analysis.singularity",
     "cylindrical_arm": "taskopt.kinematics.robot",
+    "decouple": "taskopt.kinematics.analysis.singularity",
     "find_conflict": "taskopt.resolver.infeasible",
+    "find_singularity": "taskopt.kinematics.analysis.singularity",
+    "force_ellipsoid": "taskopt.kinematics.analysis.ellipsoid",
+    "force_transform": "taskopt.kinematics.analysis.statics",
     "geometric_jacobian": "taskopt.kinematics.analysis.jacobians",
+    "internal_motion": "taskopt.kinematics.analysis.redundancy",
+    "joint_torques": "taskopt.kinematics.analysis.statics",
     "largest_jump": "taskopt.kinematics.task.transition",
     "load_scenario": "taskopt.loop.scenario",
+    "loop_jacobian": "taskopt.kinematics.analysis.closed_chain",
     "parallelogram_arm": "taskopt.kinematics.robot",
     "planar_arm": "taskopt.kinematics.robot",
     "register_resolver": "taskopt.resolver.registry",
@@ -260,7 +293,12 @@ _HOME = {
     "spherical_arm": "taskopt.kinematics.robot",
     "spherical_wrist": "taskopt.kinematics.robot",
     "stanford_manipulator": "taskopt.kinematics.robot",
+    "subspaces": "taskopt.kinematics.analysis.redundancy",
     "swap": "taskopt.kinematics.task.transition",
+    "transmission": "taskopt.kinematics.analysis.closed_chain",
+    "velocity_ellipsoid": "taskopt.kinematics.analysis.ellipsoid",
+    "velocity_transform": "taskopt.kinematics.analysis.statics",
+    "workspace_map": "taskopt.kinematics.analysis.singularity",
 }
 
 __all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

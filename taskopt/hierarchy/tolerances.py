@@ -337,6 +337,41 @@ JOINT_RANGE = 1e-9
 Smaller: rounding after a step that ends at the limit is reported. Larger: real violations go unreported.
 """
 
+# --- Analysis of Jacobians: kinematics/analysis -----------------------------------------------------------
+
+JACOBIAN_RANK = 1e-9
+"""Singular value of a Jacobian, relative to its largest, below which a direction of velocity counts as lost.
+
+Smaller: rounding of an arm at a singularity, about 1e-16, still counts, but postures that were typed with ten
+digits do not. Larger: postures a nanometre beside a singularity count as singular.
+"""
+
+WRIST_AXES_MEET = 1e-6
+"""Distance [m] by which wrist axes may pass each other and still count as meeting in a point.
+
+Smaller: wrists from files with rounded angles are refused. Larger: offset wrists pass for spherical ones,
+and arm and wrist singularities are told apart where they are not apart.
+"""
+
+CURVED = 1e-7
+"""Curvature along a lost direction, relative to the largest second derivative, that counts as none.
+
+Smaller: rounding makes a singularity inside the workspace one at its boundary. Larger: an arm whose folded
+links differ by that share is taken to be able to pass.
+"""
+
+RATIO_FLOOR = 1e-9
+"""Singular value, or torque of a unit force, relative to the largest singular value, that a ratio divides by.
+
+Smaller: gradients of ratios at a singularity overflow. Larger: ratios a nanometre beside one are wrong.
+"""
+
+INTERNAL_MOTION = 1e-12
+"""Largest error [m, rad] of the held rows at a posture of a sampled internal motion.
+
+Smaller: Newton's method does not end, for rounding. Larger: the frame drifts along the motion.
+"""
+
 # --- Distances between solids -------------------------------------------------------------------------
 
 COAL = 1e-12

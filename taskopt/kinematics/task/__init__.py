@@ -11,6 +11,7 @@ from taskopt.kinematics.task.inequality import BoxTask as BoxTask
 from taskopt.kinematics.task.inequality import GazeTask as GazeTask
 from taskopt.kinematics.task.joint import JointTask as JointTask
 from taskopt.kinematics.task.level_damping import LevelDamping as LevelDamping
+from taskopt.kinematics.task.loop import LoopTask as LoopTask
 from taskopt.kinematics.task.objective import GradientTask as GradientTask
 from taskopt.kinematics.task.objective import ObjectiveTask as ObjectiveTask
 from taskopt.kinematics.task.transition import During as During
