@@ -112,10 +112,13 @@ def build_dh(
 
 
 def default_radius(rows: Sequence[DHRow]) -> float:
-    """Return the radius of links [m]: 6 % of the longest length, and 3 cm where all lengths are zero.
+    """Choose the radius of the links of an arm.
 
     Args:
         rows: The rows of all links.
+
+    Returns:
+        6 % of the longest length [m], and 3 cm where all lengths are zero.
     """
     return 0.06 * max(abs(length) for row in rows for length in (row.a, row.d, row.rod)) or 0.03
 

@@ -110,7 +110,7 @@ def test_the_two_link_arm_moves_best_at_a_right_angle() -> None:
 
 @pytest.mark.equation("3.127", "3.128")
 def test_ratios_are_where_the_direction_meets_the_ellipsoids() -> None:
-    """α u is on (3.126), β u on (3.123); along a principal axis they are 1/σ and σ, so αβ = 1; else αβ ≤ 1."""
+    """α u is on (3.126), β u on (3.123); along a principal axis they are 1/σ and σ, elsewhere αβ ≤ 1."""
     rng = np.random.default_rng(5)
     for _ in range(200):
         J, u = rng.normal(size=(3, 6)), rng.normal(size=3)
