@@ -111,11 +111,14 @@ if TYPE_CHECKING:
     from taskopt.kinematics.target import Latest as Latest
     from taskopt.kinematics.target import Line as Line
     from taskopt.kinematics.target import Target as Target
+    from taskopt.kinematics.target import WithoutRate as WithoutRate
+    from taskopt.kinematics.task import AngleAxisTask as AngleAxisTask
     from taskopt.kinematics.task import BoundTask as BoundTask
     from taskopt.kinematics.task import BoxTask as BoxTask
     from taskopt.kinematics.task import CentreOfMassTask as CentreOfMassTask
     from taskopt.kinematics.task import DampingTask as DampingTask
     from taskopt.kinematics.task import During as During
+    from taskopt.kinematics.task import EulerTask as EulerTask
     from taskopt.kinematics.task import FrameTask as FrameTask
     from taskopt.kinematics.task import GazeTask as GazeTask
     from taskopt.kinematics.task import GradientTask as GradientTask
@@ -125,6 +128,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
+    from taskopt.kinematics.task import QuaternionTask as QuaternionTask
     from taskopt.kinematics.task import Task as Task
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
     from taskopt.kinematics.task.transition import swap as swap
@@ -149,6 +153,8 @@ if TYPE_CHECKING:
     from taskopt.resolver.registry import resolve as resolve
     from taskopt.resolver.registry import resolver_names as resolver_names
     from taskopt.resolver.regret import regret as regret
+    from taskopt.resolver.transpose import Transpose as Transpose
+    from taskopt.resolver.transpose import largest_gain as largest_gain
     from taskopt.resolver.weighted import WeightedQP as WeightedQP
     from taskopt.solver.base import Solve as Solve
     from taskopt.solver.registry import Solver as Solver
@@ -200,10 +206,11 @@ _NAMES = {  # module: the names that live there
         "stanford_manipulator"
     ),
     "taskopt.kinematics.stack": "Plan Stack",
-    "taskopt.kinematics.target": "Circle Function Hold Latest Line Target",
+    "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
-        "BoundTask BoxTask CentreOfMassTask DampingTask During FrameTask GazeTask GradientTask "
-        "JointTask LevelDamping LoopTask ObjectiveTask OrientationTask PositionTask Task"
+        "AngleAxisTask BoundTask BoxTask CentreOfMassTask DampingTask During EulerTask FrameTask "
+        "GazeTask GradientTask JointTask LevelDamping LoopTask ObjectiveTask OrientationTask "
+        "PositionTask QuaternionTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",
@@ -218,6 +225,7 @@ _NAMES = {  # module: the names that live there
     "taskopt.resolver.infeasible": "Conflict ConflictPolicy find_conflict Side",
     "taskopt.resolver.registry": "register_resolver resolve resolver_names",
     "taskopt.resolver.regret": "regret",
+    "taskopt.resolver.transpose": "largest_gain Transpose",
     "taskopt.resolver.weighted": "WeightedQP",
     "taskopt.solver.base": "Solve",
     "taskopt.solver.registry": "register_solver Solver solvers",

@@ -452,6 +452,13 @@ Smaller: answers of iterative solvers flicker at their limits. Larger: small vio
 
 # --- Resolvers ----------------------------------------------------------------------------------------
 
+TRANSPOSE_STUCK = 1e-9
+"""Norm of Jᵀ K e, relative to the norms of J and K e, below which the transposed Jacobian counts as stuck.
+
+Smaller: at a singularity that is off by rounding the note is missing. Larger: an arm that still moves, if
+slowly, is said to be stuck.
+"""
+
 WEIGHT_SPREAD = 1e6
 """Weight of the first level over the weight of the norm in a weighted problem (`wqp/<solver>`).
 

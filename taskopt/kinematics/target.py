@@ -254,6 +254,30 @@ class Function:
         return course
 
 
+@dataclass(frozen=True, eq=False)
+class WithoutRate:
+    """Another target without its rate ẋ_d: the task asks for K e alone and lags behind what moves.
+
+    Attributes:
+        target: The target, or a value to hold.
+
+    Source:
+        The scheme of Fig. 3.12, which has no feedforward.
+    """
+
+    target: "Target | Value"
+
+    def start(self, space: Space, start: Array, t: float) -> Course:
+        """Begin the course at the time t [s], see `Target.start`."""
+        inner = as_target(self.target).start(space, start, t)
+
+        def course(t: float, value: Array, rate: Array) -> bool:
+            inner(t, value, rate)
+            return False
+
+        return course
+
+
 class Latest:
     """A target that is set from outside, for control loops whose target somebody else moves.
 

@@ -14,4 +14,7 @@ from taskopt.kinematics.task.level_damping import LevelDamping as LevelDamping
 from taskopt.kinematics.task.loop import LoopTask as LoopTask
 from taskopt.kinematics.task.objective import GradientTask as GradientTask
 from taskopt.kinematics.task.objective import ObjectiveTask as ObjectiveTask
+from taskopt.kinematics.task.orientation_error import AngleAxisTask as AngleAxisTask
+from taskopt.kinematics.task.orientation_error import EulerTask as EulerTask
+from taskopt.kinematics.task.orientation_error import QuaternionTask as QuaternionTask
 from taskopt.kinematics.task.transition import During as During

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from taskopt.errors import InvalidValue
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, chosen_rows
+from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
 
@@ -39,7 +38,7 @@ class CentreOfMassTask(Task):
         Equation (3.67), applied to the centre of mass.
     """
 
-    target: Any = field(default_factory=Hold)
+    target: Target | Value = field(default_factory=Hold)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     axes: str | Sequence[bool] = field(default="xyz", kw_only=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, chosen_rows
+from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task import frame_kernel as k
 from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
@@ -24,7 +24,7 @@ class _OfFrame(Task):
     """What the three tasks of a frame have in common; `_ROWS` are the letters of their rows."""
 
     frame: str
-    target: Any = field(default_factory=Hold, kw_only=True)
+    target: Target | Value = field(default_factory=Hold, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     name: str | None = field(default=None, kw_only=True)

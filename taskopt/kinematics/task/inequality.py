@@ -9,7 +9,6 @@ Source:
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -20,8 +19,8 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration, frame_jacobian_into, frame_pose_into
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace
-from taskopt.kinematics.target import as_target
+from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value
+from taskopt.kinematics.target import Target, as_target
 from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 
 
@@ -101,7 +100,7 @@ class GazeTask(Task):
     """
 
     frame: str
-    target: Any
+    target: Target | Value
     half_angle: float
     axis: ArrayLike = field(default=(0.0, 0.0, 1.0), kw_only=True)
     gain: float = field(default=1.0, kw_only=True)

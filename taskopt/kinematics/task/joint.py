@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, coordinate_table
+from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, Value, coordinate_table
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
 
@@ -42,7 +41,7 @@ class JointTask(Task):
         Equation (3.67), applied to the joint variables.
     """
 
-    target: Any = field(default_factory=Hold)
+    target: Target | Value = field(default_factory=Hold)
     joints: Sequence[str] | None = field(default=None, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)

@@ -1,0 +1,130 @@
+"""`transpose`: the algorithm with the transposed Jacobian, x = Jᵀ K e, which inverts nothing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike, finite, positive
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.multipliers import find_multipliers
+from taskopt.hierarchy.problem import Hierarchy, LevelRows
+from taskopt.hierarchy.rank import inverse_root
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import TRANSPOSE_STUCK
+from taskopt.resolver.base import Memory, answered, checked
+from taskopt.resolver.closed_form import task_priority
+
+
+@dataclass(frozen=True)
+class Transpose:
+    """Resolve one level by the gradient of its error, x = W⁻¹ Aᵀ diag(w) b.
+
+    With b = K e, the rows of a task whose target has no rate (`WithoutRate`), it is (3.76). The error falls
+    as long as b is not in the null space of Aᵀ; there the arm is stuck, and a note of the resolution says so.
+    A step of Δt is stable for gains below `largest_gain`. The answer is no optimum of the hierarchy, and its
+    status is always FORMULA; it does not look at limits, and it refuses inequalities and further levels.
+
+    Attributes:
+        name: Name of the resolver.
+        strict: False: the level is not met, only approached.
+
+    Source:
+        Equations (3.73)–(3.77); Wolovich and Elliott (1984), IEEE Conference on Decision and Control.
+    """
+
+    name: str = "transpose"
+    strict: bool = False
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
+        """Resolve one hierarchy by formula.
+
+        Args:
+            hierarchy: The problem of this tick, with one level of equalities.
+            memory: What the last call returned; it is checked and not used.
+
+        Returns:
+            The answer, with a note if the arm is stuck, and an empty memory.
+
+        Raises:
+            InvalidValue: There is not exactly one level, a row is an inequality or hard, or the memory
+                belongs to another layout.
+        """
+        checked(memory, hierarchy.layout)
+        level = self._only_level(hierarchy)
+        weighted = level.weight * level.upper
+        torque = level.A.T @ weighted
+        root = inverse_root(hierarchy.norm)
+        x = root @ (root.T @ torque)
+        state = np.zeros(hierarchy.layout.width, dtype=np.int8)
+        answer, own = answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA)
+        if is_stuck(level.A, weighted):
+            rows = ", ".join(hierarchy.layout.row_names[int(hierarchy.layout.offsets[1]) :])
+            note = (
+                f"The transposed Jacobian is stuck: the error of {rows} lies in the null space of Jᵀ, in "
+                "which no joint moves the task. Take another start, or a resolver that inverts J."
+            )
+            answer = answer.replaced(notes=(note,))
+        return answer, own
+
+    def closed_form(self, hierarchy: Hierarchy) -> Array:
+        """Return x (n,) of `task_priority`, so that the distance shows what the transpose leaves undone."""
+        return task_priority(hierarchy)
+
+    def _only_level(self, hierarchy: Hierarchy) -> LevelRows:
+        """Return the one level of equalities; raise `InvalidValue` if there is anything else."""
+        if hierarchy.layout.level_count != 1:
+            raise InvalidValue(
+                f"{self.name} resolves one level, got {hierarchy.layout.level_count}; put all tasks on one "
+                "level, or take pinv, hqp/… or active-set"
+            )
+        hard, level = hierarchy.level(0), hierarchy.level(1)
+        if (hard.lower == hard.upper).any() or (level.lower != level.upper).any():
+            raise InvalidValue(
+                f"{self.name} knows neither hard rows nor inequalities; use hqp/… or active-set"
+            )
+        return level
+
+
+def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
+    """Return True if a force that is not zero needs no torque, so that the arm does not follow it.
+
+    Args:
+        J: Rows (m, n).
+        force: K e (m,), in any unit.
+
+    Raises:
+        InvalidValue: An argument is not finite, or they do not fit.
+
+    Returns:
+        True if ‖Jᵀ K e‖ is zero but for rounding and K e is not.
+
+    Source:
+        Example 3.4: K e in the null space of Jᵀ.
+    """
+    matrix = finite("J", J, (None, None))
+    pull = finite("force", force, (matrix.shape[0],))
+    size = float(np.linalg.norm(matrix, 2)) * float(np.linalg.norm(pull))
+    return bool(pull.any()) and float(np.linalg.norm(matrix.T @ pull)) <= TRANSPOSE_STUCK * size
+
+
+def largest_gain(J: ArrayLike, dt: float) -> float:
+    """Return the gain k below which q ← q + Δt Jᵀ k e makes the error of a still target fall, 2/(Δt σ_1²).
+
+    To first order the error becomes (I − Δt k J Jᵀ) e, whose largest eigenvalue must stay above −1.
+
+    Args:
+        J: Rows (m, n).
+        dt: Δt [s], the period.
+
+    Returns:
+        k [1/s, times the unit of the rows per joint, inverse and squared]; inf if J is zero.
+
+    Raises:
+        InvalidValue: J is no matrix of finite numbers, or Δt is not positive.
+
+    Source:
+        The upper bound on K that Sect. 3.7.2 speaks of.
+    """
+    sigma = float(np.linalg.norm(finite("J", J, (None, None)), 2))
+    return 2.0 / (positive("dt", dt) * sigma**2) if sigma > 0.0 else np.inf
