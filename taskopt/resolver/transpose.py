@@ -7,7 +7,7 @@ import numpy as np
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.multipliers import find_multipliers
-from taskopt.hierarchy.problem import Hierarchy, LevelRows
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import inverse_root
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
@@ -18,16 +18,17 @@ from taskopt.resolver.closed_form import task_priority
 
 @dataclass(frozen=True)
 class Transpose:
-    """Resolve one level by the gradient of its error, x = W⁻¹ Aᵀ diag(w) b.
+    """Resolve by the gradient of the error, x = W⁻¹ Aᵀ diag(w) b.
 
     With b = K e, the rows of a task whose target has no rate (`WithoutRate`), it is (3.76). The error falls
     as long as b is not in the null space of Aᵀ; there the arm is stuck, and a note of the resolution says so.
-    A step of Δt is stable for gains below `largest_gain`. The answer is no optimum of the hierarchy, and its
-    status is always FORMULA; it does not look at limits, and it refuses inequalities and further levels.
+    A step of Δt is stable for gains below `largest_gain`. A gradient knows no priority: the rows of all levels
+    pull together. The answer is no optimum of the hierarchy, and its status is always FORMULA; it does not
+    look at limits, and it refuses inequalities and hard rows.
 
     Attributes:
         name: Name of the resolver.
-        strict: False: the level is not met, only approached.
+        strict: False: levels are not met, only approached.
 
     Source:
         Equations (3.73)–(3.77); Wolovich and Elliott (1984), IEEE Conference on Decision and Control.
@@ -40,25 +41,23 @@ class Transpose:
         """Resolve one hierarchy by formula.
 
         Args:
-            hierarchy: The problem of this tick, with one level of equalities.
+            hierarchy: The problem of this tick, equalities on all levels.
             memory: What the last call returned; it is checked and not used.
 
         Returns:
             The answer, with a note if the arm is stuck, and an empty memory.
 
         Raises:
-            InvalidValue: There is not exactly one level, a row is an inequality or hard, or the memory
-                belongs to another layout.
+            InvalidValue: A row is an inequality or hard, or the memory belongs to another layout.
         """
         checked(memory, hierarchy.layout)
-        level = self._only_level(hierarchy)
-        weighted = level.weight * level.upper
-        torque = level.A.T @ weighted
+        A, b, weight = self._equalities(hierarchy)
+        torque = A.T @ (weight * b)
         root = inverse_root(hierarchy.norm)
         x = root @ (root.T @ torque)
         state = np.zeros(hierarchy.layout.width, dtype=np.int8)
         answer, own = answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA)
-        if is_stuck(level.A, weighted):
+        if is_stuck(A, weight * b):
             rows = ", ".join(hierarchy.layout.row_names[int(hierarchy.layout.offsets[1]) :])
             note = (
                 f"The transposed Jacobian is stuck: the error of {rows} lies in the null space of Jᵀ, in "
@@ -71,19 +70,16 @@ class Transpose:
         """Return x (n,) of `task_priority`, so that the distance shows what the transpose leaves undone."""
         return task_priority(hierarchy)
 
-    def _only_level(self, hierarchy: Hierarchy) -> LevelRows:
-        """Return the one level of equalities; raise `InvalidValue` if there is anything else."""
-        if hierarchy.layout.level_count != 1:
-            raise InvalidValue(
-                f"{self.name} resolves one level, got {hierarchy.layout.level_count}; put all tasks on one "
-                "level, or take pinv, hqp/… or active-set"
-            )
-        hard, level = hierarchy.level(0), hierarchy.level(1)
-        if (hard.lower == hard.upper).any() or (level.lower != level.upper).any():
-            raise InvalidValue(
-                f"{self.name} knows neither hard rows nor inequalities; use hqp/… or active-set"
-            )
-        return level
+    def _equalities(self, hierarchy: Hierarchy) -> tuple[Array, Array, Array]:
+        """Return A, b and weights of the rows of all levels; raise `InvalidValue` if one is no equality."""
+        first = int(hierarchy.layout.offsets[1])
+        unequal = np.flatnonzero(hierarchy.lower[first:] != hierarchy.upper[first:])
+        if unequal.size:
+            row = hierarchy.layout.row_names[first + int(unequal[0])]
+            raise InvalidValue(f"{self.name} knows no inequality, got {row}; use hqp/… or active-set")
+        if (hierarchy.lower[:first] == hierarchy.upper[:first]).any():
+            raise InvalidValue(f"{self.name} keeps no hard row; use pinv, hqp/… or active-set")
+        return hierarchy.A[first:], hierarchy.upper[first:], hierarchy.weight[first:]
 
 
 def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
