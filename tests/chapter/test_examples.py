@@ -58,9 +58,8 @@ def test_example_3_4_the_transpose_is_stuck_across_the_plane_of_the_arm() -> Non
     np.testing.assert_allclose(answer.v, 0.0, atol=1e-12)
     assert "The transposed Jacobian is stuck" in answer.explain()
     goal = p + 0.2 * normal + [0.0, 0.0, -0.1]
-    control = Controller(
-        arm, stack_of(Stack([[PositionTask("tip", target=goal, gain=10.0)]])), "transpose", 1e-2
-    )
+    free = Stack([[PositionTask("tip", target=goal, gain=10.0)]])
+    control = Controller(arm, free, "transpose", 1e-2)
     for tick in range(4000):
         q = arm.integrate(q, control.step(q, 1e-2 * tick).v, 1e-2)
     np.testing.assert_allclose(Configuration(arm, q).pose("tip")[:3, 3], goal, atol=1e-3)
