@@ -27,15 +27,12 @@ def twist(t: float) -> np.ndarray:
     return rate * np.array([-0.7, 0.8, 0.5, 0.0, 0.0, 0.5 * np.pi])
 
 
+hand = FrameTask("tip", target=Function(pose, twist), gain=500.0, axes="xyz y", expressed="world")
+
 scenario = Scenario(
     robot=scara(0.5, 0.5, height=1.0, velocity=1.5),
     q0=[-0.5 * bend, bend, -1.0, -0.5 * bend],
-    stack=Stack(
-        levels=[
-            [FrameTask("tip", target=Function(pose, twist), gain=500.0, axes="xyz y", expressed="world")]
-        ],
-        limits=[JointVelocityLimit()],
-    ),
+    stack=Stack([[hand]], limits=[JointVelocityLimit()]),
     duration=2.5,
     dt=1e-3,
 )
