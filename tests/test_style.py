@@ -19,8 +19,7 @@ PACKAGE = sorted(Path(taskopt.__file__).parent.rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 TASKS = sorted((ROOT / "tasks").glob("*.py"))
 EVERYTHING = [*PACKAGE, *TESTS, *TASKS]
-KERNEL_LINES = 120  # lines of code of a scalar algorithm written out, to be read beside its paper
-FUNCTION_LINES = 40  # lines of code of any other function
+FUNCTION_LINES = 39  # lines of code of a function, compiled or not
 MODULE_LINES = 300  # lines of code of a module
 PARAMETERS = 8  # of a function, self included
 DECLARED_LAZY = (  # commands import what they need, so that --help is quick
@@ -78,7 +77,7 @@ def long_functions(source: str) -> list[str]:
     return [
         f"{node.name}: {lines} lines of code"
         for node in functions(source)
-        if (lines := code_lines(source, node)) > (KERNEL_LINES if is_kernel(node) else FUNCTION_LINES)
+        if (lines := code_lines(source, node)) > FUNCTION_LINES
     ]
 
 
@@ -293,7 +292,7 @@ def test_modules_are_small_in_the_middle() -> None:
     [
         (long_module, "x = 1\n" * (MODULE_LINES + 1)),
         (long_functions, "def f() -> None:\n" + "    x = 1\n" * FUNCTION_LINES),
-        (long_functions, "@kernel\ndef f(x):\n" + "    x = 1\n" * KERNEL_LINES),
+        (long_functions, "@kernel\ndef f(x):\n" + "    x = 1\n" * FUNCTION_LINES),
         (unannotated, "def f(x) -> None: ..."),
         (unannotated, "def f(x: int): ..."),
         (undocumented, '"""Module."""\nclass A: ...'),

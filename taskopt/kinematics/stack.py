@@ -1,7 +1,7 @@
 """A stack: levels of tasks in strict order, limits around them, and a norm."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass, replace
 from itertools import accumulate, chain
 from typing import TypeVar
 
@@ -13,6 +13,7 @@ from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
 from taskopt.hierarchy.view import box_of, rows_of
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, named_apart
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.kinematics.part import Part, RowPart, check_complete
@@ -106,6 +107,7 @@ class Plan:
         limits: Limits as bound, in order.
         rate_limits: Those of them whose bounds depend on the velocity of the last tick.
         distance_limits: Those that keep distances, by name, each with what the last `at` measured.
+        obstacles: Shapes of all limits and tasks, by the names that rows, pictures and logs use.
         configuration: Robot as of the last `at`.
         hierarchy: The hierarchy that `at` fills.
         layout: Its names and sizes.
@@ -120,7 +122,8 @@ class Plan:
         levels = [[_bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*levels))
         dampings = [found for k, level in enumerate(levels, 1) for found in _damping(level, k)]
-        self.limits = tuple(_bound_limit(limit, robot, dt) for limit in stack.limits)
+        limits, self.obstacles = _named_obstacles(stack)
+        self.limits = tuple(_bound_limit(limit, robot, dt) for limit in limits)
         boxes = [limit for limit in self.limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
@@ -288,6 +291,17 @@ def _bound_task(task: Task, robot: Robot, name: str) -> BoundTask:
     bound = task.bind(robot, name)
     check_complete(bound, BoundTask, f"'{name}'", _TASK)
     return bound
+
+
+def _named_obstacles(stack: Stack) -> tuple[list[Limit], dict[str, Shape]]:
+    """Return the limits with obstacles named once for the whole stack, and all obstacles by name."""
+    declared = [*stack.limits, *chain(*stack.levels)]
+    groups = named_apart(checked_obstacles(owner.obstacles) if owner.obstacles else () for owner in declared)
+    limits = [
+        replace(limit, obstacles=group) if group and is_dataclass(limit) else limit
+        for limit, group in zip(stack.limits, groups, strict=False)
+    ]
+    return limits, {shape.name: shape for group in groups for shape in group}
 
 
 def _bound_limit(limit: Limit, robot: Robot, dt: float) -> BoundLimit | RowPart:

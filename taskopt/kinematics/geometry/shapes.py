@@ -4,7 +4,7 @@ The shapes are frozen records that can be compared and hashed. `geometry.coal` t
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from typing_extensions import TypeAliasType
@@ -33,6 +33,7 @@ class Sphere:
     name: str = field(default="sphere", kw_only=True)
 
     def __post_init__(self) -> None:
+        _check_name(self)
         _set(self, centre=_vector("centre of a sphere", self.centre))
         _set(self, radius=positive("radius of a sphere", self.radius))
 
@@ -59,6 +60,7 @@ class Capsule:
     name: str = field(default="capsule", kw_only=True)
 
     def __post_init__(self) -> None:
+        _check_name(self)
         _set(self, start=_vector("start of a capsule", self.start))
         _set(self, stop=_vector("stop of a capsule", self.stop))
         _set(self, radius=positive("radius of a capsule", self.radius))
@@ -90,6 +92,7 @@ class Box:
     name: str = field(default="box", kw_only=True)
 
     def __post_init__(self) -> None:
+        _check_name(self)
         turned = np.ndim(self.place) == 2
         pose = checked_pose("place of a box", self.place) if turned else None
         _set(self, place=_vector("place of a box", self.place) if pose is None else _nested(pose))
@@ -120,6 +123,7 @@ class HalfSpace:
     name: str = field(default="half-space", kw_only=True)
 
     def __post_init__(self) -> None:
+        _check_name(self)
         normal = np.array(_vector("normal of a half-space", self.normal))
         length = float(np.linalg.norm(normal))
         if length < NO_DIRECTION:
@@ -174,6 +178,21 @@ def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
     return numbered(obstacle.name for obstacle in obstacles)
 
 
+def named_apart(groups: Iterable[Iterable[Shape]]) -> list[tuple[Shape, ...]]:
+    """Name obstacles so that equal ones have one name, and different ones never have the same.
+
+    Args:
+        groups: The obstacles of each limit and objective of a stack.
+
+    Returns:
+        The groups with the same obstacles, renamed where names were taken.
+    """
+    collected = [tuple(group) for group in groups]
+    distinct = list(dict.fromkeys(shape for group in collected for shape in group))
+    name_of = dict(zip(distinct, obstacle_names(distinct), strict=True))
+    return [tuple(replace(shape, name=name_of[shape]) for shape in group) for group in collected]
+
+
 def turning_z_to(direction: Array) -> Array:
     """Find a rotation that turns the z axis into a direction.
 
@@ -204,6 +223,14 @@ def _vector(name: str, value: ArrayLike) -> Point:
 def _nested(array: Array) -> tuple[float | tuple[float, ...], ...]:
     """Turn an array into nested tuples, so that an obstacle can be compared and hashed."""
     return tuple(map(tuple, array.tolist())) if array.ndim == 2 else tuple(array.tolist())
+
+
+def _check_name(shape: Shape) -> None:
+    """Raise `InvalidValue` unless an obstacle has a name that can be shown."""
+    if not isinstance(shape.name, str) or not shape.name.strip():
+        raise InvalidValue(
+            f"name of an obstacle must be a word, got {shape.name!r}; leave it out for a default"
+        )
 
 
 def _set(shape: Shape, **values: object) -> None:

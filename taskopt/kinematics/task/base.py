@@ -13,6 +13,7 @@ import numpy as np
 from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel
+from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.part import RowPart
 from taskopt.kinematics.robot import Robot
 
@@ -73,6 +74,11 @@ class Task:
     """
 
     name: str | None = None
+
+    @property
+    def obstacles(self) -> Sequence[Shape]:
+        """Shapes that the task looks at, to be drawn; none for most tasks."""
+        return ()
 
     def bind(self, robot: Robot, name: str) -> BoundTask:
         """Return the rows of this task for a robot.

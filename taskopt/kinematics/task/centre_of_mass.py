@@ -7,7 +7,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
-from taskopt.jit import kernel_apart
+from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
@@ -136,17 +136,8 @@ def centre_of_mass_rows(parameters, memory, state, rows):
         parameters[2 + m : 2 + m + joints],
         parameters[2 + m + joints :],
     )
-    body, carried = table[_LINKS : _LINKS + joints], table[_LINKS + joints : _LINKS + 2 * joints]
-    for j in range(joints):
-        place, mass = state.placements[j], body[j, 0]
-        x, y, z = body[j, 1], body[j, 2], body[j, 3]
-        carried[j, 0] = mass
-        for i in range(3):  # rotations stand by columns
-            centre = place[9 + i] + place[i] * x + place[3 + i] * y + place[6 + i] * z
-            carried[j, 1 + i] = mass * centre
-    for j in range(joints - 1, 0, -1):
-        for i in range(4):
-            carried[parents[j], i] += carried[j, i]
+    carried = table[_LINKS + joints : _LINKS + 2 * joints]
+    _carried_into(state.placements, parents, table[_LINKS : _LINKS + joints], carried)
     total = carried[0, 0]
     for i in range(3):
         table[_ACTUAL + i, 3] = carried[0, 1 + i] / total
@@ -169,3 +160,25 @@ def centre_of_mass_rows(parameters, memory, state, rows):
         feedforward = table[_TWIST, i] if table[_MOVING, 0] != 0.0 else 0.0
         rows.lower[r] = rows.upper[r] = task_rate(feedforward, table[_GAIN, r], error)
         table[_ERROR, r] = error
+
+
+@kernel
+def _carried_into(placements, parents, body, carried):
+    """Sum the masses of all that each joint carries, and their centres times mass, from the tips to the root.
+
+    Args:
+        placements: (joints, 12) poses of the joints, rotations by columns, see `RobotState`.
+        parents: (joints,) the parent of each joint.
+        body: (joints, 6) mass of each joint's body, then its centre in the joint's frame.
+        carried: (joints, 6) filled with mass, and with centre in the world times mass.
+    """
+    for j in range(parents.size):
+        place, mass = placements[j], body[j, 0]
+        x, y, z = body[j, 1], body[j, 2], body[j, 3]
+        carried[j, 0] = mass
+        for i in range(3):  # rotations stand by columns
+            centre = place[9 + i] + place[i] * x + place[3 + i] * y + place[6 + i] * z
+            carried[j, 1 + i] = mass * centre
+    for j in range(parents.size - 1, 0, -1):
+        for i in range(4):
+            carried[parents[j], i] += carried[j, i]

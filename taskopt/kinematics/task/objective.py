@@ -1,5 +1,6 @@
 """Tasks that take an objective w(q): climb it, or keep it above a value."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,7 @@ from taskopt.arrays import ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.objective import Objective
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
@@ -45,6 +47,11 @@ class GradientTask(Task):
         _check_objective(self.objective)
         if np.ndim(self.gain) != 0 or not np.isfinite(self.gain):
             raise InvalidValue(f"gain must be one finite number, got {self.gain!r}")
+
+    @property
+    def obstacles(self) -> Sequence[Shape]:
+        """Shapes that the objective depends on, to be drawn."""
+        return self.objective.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundGradient":
         """Return the rows for a robot; see `Task.bind`."""
@@ -113,6 +120,11 @@ class ObjectiveTask(Task):
         finite("at_least", self.at_least, ())
         gains(self.gain, 1)
         weights(self.weight, 1)
+
+    @property
+    def obstacles(self) -> Sequence[Shape]:
+        """Shapes that the objective depends on, to be drawn."""
+        return self.objective.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundObjective":  # noqa: ARG002
         """Return the row for a robot; see `Task.bind`."""

@@ -30,6 +30,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import BAND_CLOSED
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task
 from taskopt.kinematics.task.level_damping import LevelDamping
@@ -91,6 +92,11 @@ class During(Task):
     def default_name(self) -> str:
         """Return the default name of the task."""
         return self.task.default_name()
+
+    @property
+    def obstacles(self) -> Sequence[Shape]:
+        """Shapes that the task looks at."""
+        return self.task.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundDuring":
         """Return the rows for a robot; see `Task.bind`."""

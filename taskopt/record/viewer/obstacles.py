@@ -1,47 +1,22 @@
 """The obstacles of a stack in the scene, under the names that rows, plots and events use."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.layout import numbered
 from taskopt.kinematics.geometry.coal import obstacle_object
-from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere, obstacle_names
-from taskopt.record.run_info import RunInfo
+from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.record.viewer.arrangement import Arrangement
 from taskopt.record.viewer.palette import OBSTACLE
 from taskopt.record.viewer.paths import escaped_part
 from taskopt.record.viewer.robot3d import archetype
-from taskopt.record.viewer.rows import objective_terms
 from taskopt.record.viewer.writer import RecordingWriter
 
 _THICKNESS = 0.002  # of the sheet that stands for a half-space, as a share of the size of the scene
 _EXTENT = 0.75  # half of its width, as a share of the size of the scene
-
-
-def declared_obstacles(info: RunInfo) -> dict[str, Shape]:
-    """Collect the obstacles of all limits and objectives of a stack, each once.
-
-    The name of an obstacle is the one that the rows of the first limit or objective use which declares it:
-    `obstacle_names` of that limit's obstacles. Only where two limits give the same name to different
-    obstacles, the scene numbers them further.
-
-    Args:
-        info: The facts about the run.
-
-    Returns:
-        The obstacles, by name.
-    """
-    owners = [*info.scenario.stack.limits, *(term.objective for term in objective_terms(info))]
-    name_of: dict[Shape, str] = {}
-    for owner in owners:
-        shapes = owner.obstacles if isinstance(owner.obstacles, Sequence) else (owner.obstacles,)
-        for name, shape in zip(obstacle_names(shapes), shapes, strict=True):
-            name_of.setdefault(shape, name)
-    return dict(zip(numbered(name_of.values()), name_of, strict=True))
 
 
 def obstacle_corners(shape: Shape) -> Array:

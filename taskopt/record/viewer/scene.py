@@ -7,7 +7,7 @@ from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import arrange
-from taskopt.record.viewer.obstacles import declared_obstacles, draw_obstacles, obstacle_corners
+from taskopt.record.viewer.obstacles import draw_obstacles, obstacle_corners
 from taskopt.record.viewer.palette import ERROR, TARGET, colours, resolver_colour
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions
@@ -40,7 +40,7 @@ class Scene:
         self._last: dict[str, Array] = {}  # the last point of each actual path, (1, 3)
         self._placed = {task.name for task in info.plan.tasks if rows_in_unit(task, "m").any()}
         self._desired = desired_paths(info)
-        self._obstacles = declared_obstacles(info)
+        self._obstacles = info.plan.obstacles
         reached = [self._robot.corners(info.scenario.start), *self._desired.values()]
         around = [obstacle_corners(shape) for shape in self._obstacles.values()]
         self.arrangement = arrange(reached, len(info.resolvers), around)

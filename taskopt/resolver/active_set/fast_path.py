@@ -56,7 +56,6 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
     """
     n, levels, count = x.size, problem.offsets.size - 2, problem.lower.size
     A, lower, upper, weight = problem.A, problem.lower, problem.upper, problem.weight
-    box_lower, box_upper = problem.box_lower, problem.box_upper
     numbers, places = np.empty((4, n)), np.empty((3, n + count), np.int64)  # each allocation costs 0.1 µs
     root, pull, uncovered, chosen = numbers[2], numbers[3], places[1], places[2]
     last = LastLevel(numbers[0], numbers[1], places[0])
@@ -68,16 +67,7 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
     m = _choose_rows(lower, upper, problem.columns, state, first_soft, chosen)
     if m < 0:
         return Verdict.REFUSED
-    u, thin = np.int64(0), 0.0
-    for j in range(n):
-        thin = max(thin, FAST_PATH_COVERED * last.D[j])
-    for j in range(n):
-        free = state[j] == Side.FREE
-        root[j] = 1.0 / np.sqrt(last.D[j]) if free and last.D[j] > thin else 0.0
-        x[j] = last.x0[j] if free else (box_upper[j] if state[j] == Side.UPPER else box_lower[j])
-        if free and last.D[j] <= thin:
-            uncovered[u] = j
-            u += 1
+    u = _place_unknowns(problem, state, last, root, x, uncovered)
     if u > m:
         return Verdict.REFUSED
     work = np.empty((2 * m + 3 * u + 3, max(n, m)))
@@ -94,18 +84,47 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
     for _ in range(PASSES):
         _residuals(A, lower, weight, saddle, balance, x, scratch.step)
         _improve(last, root, saddle, scratch, balance, x)
+    return _judge(problem, state, last, saddle, scratch, balance, x, multipliers)
+
+
+@kernel
+def _place_unknowns(
+    problem: Rows, state: StateArray, last: LastLevel, root: Array, x: Array, uncovered: IntArray
+) -> np.int64:  # fmt: skip
+    """Put every unknown at its target or its bound, fill D^-½, and list those without a target; return u."""
+    u, thin = np.int64(0), 0.0
+    for j in range(x.size):
+        thin = max(thin, FAST_PATH_COVERED * last.D[j])
+    for j in range(x.size):
+        free = state[j] == Side.FREE
+        root[j] = 1.0 / np.sqrt(last.D[j]) if free and last.D[j] > thin else 0.0
+        bound = problem.box_upper[j] if state[j] == Side.UPPER else problem.box_lower[j]
+        x[j] = last.x0[j] if free else bound
+        if free and last.D[j] <= thin:
+            uncovered[u] = j
+            u += 1
+    return u
+
+
+@kernel
+def _judge(
+    problem: Rows, state: StateArray, last: LastLevel, saddle: SaddlePoint, scratch: Scratch, balance: Array,
+    x: Array, multipliers: Array,
+) -> Verdict:  # fmt: skip
+    """Fill the multipliers of a solved system; accept x, change a side, or refuse."""
+    levels, joint_rows = multipliers.shape[0] - 1, saddle.first_soft < problem.lower.size
     for k in range(levels + 1):
         for i in range(multipliers.shape[1]):
             multipliers[k, i] = 0.0
     own = multipliers[levels - 1 if joint_rows else levels]
-    largest = _last_multipliers(A, last, saddle, state, balance, x, own)
+    largest = _last_multipliers(problem.A, last, saddle, state, balance, x, own)
     if joint_rows:
-        _norm_multipliers(A, problem.norm, last.row, saddle, scratch, state, x, multipliers[levels])
-    verdict = _change_side(box_lower, box_upper, state, x, own, FAST_PATH_SIGN * largest)
-    if verdict == Verdict.ACCEPTED and not _keeps_rows(A, lower, upper, x):
+        _norm_multipliers(problem.A, problem.norm, last.row, saddle, scratch, state, x, multipliers[levels])
+    verdict = _change_side(problem.box_lower, problem.box_upper, state, x, own, FAST_PATH_SIGN * largest)
+    if verdict == Verdict.ACCEPTED and not _keeps_rows(problem.A, problem.lower, problem.upper, x):
         verdict = Verdict.REFUSED
-    for j in range(n):
-        x[j] = min(max(x[j], box_lower[j]), box_upper[j])
+    for j in range(x.size):
+        x[j] = min(max(x[j], problem.box_lower[j]), problem.box_upper[j])
     return verdict
 
 

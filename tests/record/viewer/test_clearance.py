@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from taskopt import InvalidValue
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry import Box, Capsule, HalfSpace, Sphere
@@ -23,7 +24,7 @@ from taskopt.record.reading import read_table
 from taskopt.record.recorder import BufferedRecorder
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.clearance import nearest_pairs
-from taskopt.record.viewer.obstacles import declared_obstacles, obstacle_corners
+from taskopt.record.viewer.obstacles import obstacle_corners
 from taskopt.record.viewer.palette import NEAR, UPPER, VIOLATED
 from taskopt.record.viewer.paths import (
     data_path,
@@ -118,7 +119,7 @@ def test_a_step_without_distance_limits_carries_none(near):
     free = replace(near, stack=Stack(near.stack.levels), duration=near.dt)
     (step,) = run(free, resolver("active-set"))
     assert step.distances == {}
-    assert declared_obstacles(RunInfo(free, NAMES)) == {}
+    assert RunInfo(free, NAMES).plan.obstacles == {}
 
 
 def test_the_nearest_pairs_are_drawn_with_their_witness_points(folder, steps):
@@ -247,7 +248,7 @@ def test_obstacles_of_an_objective_are_drawn_too(near):
     ball, other = OBSTACLES[0], Sphere((0.0, 1.0, 0.0), 0.1, name="other")
     climb = GradientTask(ObstacleDistance([ball, other]))
     stack = Stack([*near.stack.levels, [climb]], near.stack.limits)
-    assert list(declared_obstacles(RunInfo(replace(near, stack=stack), NAMES)).values()) == [
+    assert list(RunInfo(replace(near, stack=stack), NAMES).plan.obstacles.values()) == [
         *OBSTACLES,
         other,
     ]
@@ -346,7 +347,7 @@ def test_an_obstacle_has_one_name_in_rows_scene_plots_and_events(near, tmp_path)
     with log:
         for step in run(scenario, resolver("active-set")):
             log.write(step)
-    assert set(declared_obstacles(info)) == names
+    assert set(info.plan.obstacles) == names
     rows = {row.split(" – ")[1] for row in info.plan.distance_limits["obstacle"].row_names}
     assert rows == names
     known = entities(tmp_path / "run.rrd")
@@ -368,8 +369,29 @@ def test_an_obstacle_has_one_name_in_rows_scene_plots_and_events(near, tmp_path)
 
 
 def test_two_limits_that_give_one_name_to_two_obstacles_are_told_apart(near):
-    """The scene numbers further only what would else be one entity; one obstacle of both is drawn once."""
+    """Rows and scene number them alike; an obstacle of both limits has one name and is drawn once."""
     one, two = Sphere((0.0, 1.0, 0.0), 0.1), Sphere((0.0, 2.0, 0.0), 0.1)
     limits = [ObstacleLimit([one], name="near"), ObstacleLimit([two, one], name="far")]
     info = RunInfo(replace(near, stack=Stack(near.stack.levels, limits)), NAMES)
-    assert declared_obstacles(info) == {"sphere": one, "sphere 2": two}
+    assert info.plan.obstacles == {"sphere": one, "sphere 2": replace(two, name="sphere 2")}
+    called = {
+        name: [row.split(" – ")[1] for row in limit.row_names]
+        for name, limit in info.plan.distance_limits.items()
+    }
+    assert set(called["near"]) == {"sphere"}
+    assert called["far"][: len(called["near"])] == ["sphere 2"] * len(called["near"])
+    assert set(called["far"]) == {"sphere", "sphere 2"}
+
+
+def test_an_objective_names_its_obstacles_as_the_limits_do(near):
+    """An obstacle that a limit and an objective share is one; another of the same name gets a number."""
+    shared, other = Sphere((0.0, 1.0, 0.0), 0.1, name="pole"), Sphere((0.0, 2.0, 0.0), 0.1, name="pole")
+    levels = [*near.stack.levels, [GradientTask(0.5 * ObstacleDistance([other, shared]))]]
+    info = RunInfo(replace(near, stack=Stack(levels, [ObstacleLimit(shared)])), NAMES)
+    assert info.plan.obstacles == {"pole": shared, "pole 2": replace(other, name="pole 2")}
+
+
+def test_an_obstacle_needs_a_name_that_can_be_shown():
+    """An empty one is refused when it is declared."""
+    with pytest.raises(InvalidValue, match="name of an obstacle must be a word, got ''"):
+        Sphere((0.0, 0.0, 0.0), 0.1, name="")
