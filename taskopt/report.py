@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from os import environ
+from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from rich.text import Text
 from taskopt.kinematics.robot import robot_names
 from taskopt.kinematics.robot.arms import ARMS
 from taskopt.loop.scenario import scenario_files
+from taskopt.record.manifest import machine, versions
 from taskopt.record.summary import Summary
 from taskopt.resolver.registry import resolver_names
 from taskopt.solver.registry import solvers
@@ -75,6 +77,7 @@ _FIGURES = (
     Figure("proven", "ticks proven to be optimal", lambda s: _share(s.certified, s.ticks)),
     Figure("solve\np50\n[µs]", "solve time, median [µs]", lambda s: _microseconds(s.seconds, 50)),
     Figure("solve\np99\n[µs]", "solve time, 99th percentile [µs]", lambda s: _microseconds(s.seconds, 99)),
+    Figure("", "solve time, shifted geometric mean [µs]", lambda s: _geometric_mean(s.seconds)),
 )
 _LEGEND = (
     "tracking error: of the first task with a frame; excess: over position limits after the step, and over "
@@ -85,6 +88,7 @@ _LEGEND = (
 )
 
 _ENDLESS = 1000
+_SHIFT = 10e-6  # [s] of the geometric mean, so that ticks of a microsecond do not decide it
 _KINDS = ("limit", "rank", "damping", "accuracy")
 _CAUSES = (
     "Share of the ticks at which the answer differs from the undamped closed form because of active limits, "
@@ -191,6 +195,8 @@ def show(summaries: Iterable[Summary], console: Console, baseline: str, title: s
         console.print(_CAUSES, style="dim", highlight=False, markup=False)
     for sentence in _sentences(summaries):
         console.print(sentence, highlight=False, markup=False)
+    for sentence in _conditions(summaries):
+        console.print(sentence, style="dim", highlight=False, markup=False)
     for summary in summaries:
         if summary.stopped:
             console.print(f"stopped: {summary.stopped}", style="bold red", highlight=False, markup=False)
@@ -208,6 +214,19 @@ def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
         if summary.fallbacks:
             yield f"{summary.resolver}: a fallback answered {summary.fallbacks} of {summary.ticks} ticks"
         yield from (f"{summary.resolver}: {sentence}" for sentence in summary.continuity.sentences())
+
+
+def _conditions(summaries: Sequence[Summary]) -> Iterator[str]:
+    """Say how the times were measured: their mean, the start of each tick, the machine, the versions."""
+    means = ", ".join(f"{summary.resolver} {_geometric_mean(summary.seconds)} µs" for summary in summaries)
+    yield (
+        f"solve time, shifted geometric mean (shift {_SHIFT * 1e6:.0f} µs): {means}; wall clock, each tick "
+        "started from the memory of the tick before (warm)"
+    )
+    here = machine()
+    yield f"machine: {here['cpu']}, {here['cores']} cores, {here['system']}"
+    known = {"Python": python_version()} | versions()
+    yield "versions: " + ", ".join(f"{name} {number}" for name, number in known.items())
 
 
 def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
@@ -285,6 +304,14 @@ def _share(count: int, ticks: int) -> str:
 def _rms(values: list[float]) -> float:
     """Return the root mean square; NaN if there are no values."""
     return float(np.sqrt(np.mean(np.square(values)))) if values else np.nan
+
+
+def _geometric_mean(seconds: list[float]) -> str:
+    """Return the shifted geometric mean of times in µs, exp(mean log(t + s)) − s, or a dash."""
+    if not seconds:
+        return "–"
+    mean = float(np.exp(np.mean(np.log(np.add(seconds, _SHIFT))))) - _SHIFT
+    return f"{1e6 * mean:.1f}"
 
 
 def _microseconds(seconds: list[float], percentile: float) -> str:

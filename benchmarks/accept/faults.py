@@ -219,8 +219,8 @@ _OF_FAST_PATH = (
     Fault(
         "the fast path does not look at rows left out",
         _FAST,
-        "if verdict == Verdict.ACCEPTED and not _keeps_rows(A, lower, upper, x):",
-        "if n < 0:",
+        "if verdict == Verdict.ACCEPTED and not _keeps_rows(problem.A, problem.lower, problem.upper, x):",
+        "if levels < 0:",
     ),
     Fault(
         "the fast path forgets weights of joint rows",

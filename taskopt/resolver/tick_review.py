@@ -63,6 +63,8 @@ class TickReview(Review):
 
     def _rank_or_accuracy(self) -> tuple[Cause, ...]:
         """Return doubtful ranks where x is not what its active set leads to, else the accuracy."""
+        if self.resolution.status is Status.FORMULA and not self.own:
+            return (Cause("accuracy", "a step along the gradient, which does not solve the problem"),)
         if self.resolution.status is Status.FORMULA:
             pairs = zip(self.own, self._unconstrained.levels, strict=True)
             return tuple(_rank_cause(own) for own, cold in pairs if own.rank != cold.rank)
