@@ -1,6 +1,4 @@
-"""Robots of four kinds, generic places to put them, and the derivative of a task's error as an oracle."""
-
-from functools import cache
+"""Targets that move, rows that are filled, and the derivative of a task's error as an oracle."""
 
 import numpy as np
 
@@ -8,32 +6,10 @@ from taskopt.arrays import Array
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp6
-from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.target import Function
 from taskopt.kinematics.task import BoundTask, Task
-
-# A frame of each: planar; seven joints; continuous wheels; floating base.
-FRAMES = {
-    "planar": "tip",
-    "panda": "panda_hand",
-    "tiago": "arm_tool_link",
-    "talos_reduced": "gripper_left_base_link",
-}
-FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-
-
-@cache
-def robot(name: str) -> Robot:
-    """A robot of the table by name."""
-    if name == "planar":
-        return planar_arm(lower=-3.0, upper=3.0, velocity=2.0)
-    return Robot.load(name, lock=FINGERS if name == "panda" else ())
-
-
-def generic_q(of: Robot, seed: int, spread: float = 0.3) -> Array:
-    """A posture near the middle, generic in every coordinate of the manifold."""
-    v = np.random.default_rng(seed).normal(size=of.nv)
-    return of.integrate(of.posture("middle"), spread * v, 1.0)
+from tests.helpers.robots import generic_q
 
 
 def tumbling(pose: Array, seed: int, speed: float = 1.0) -> Function:

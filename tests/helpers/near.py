@@ -1,7 +1,6 @@
-"""Robots beside an obstacle: postures, places near a link, and what solids there are."""
+"""Places beside a link of a robot, and what solids there are."""
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from taskopt.arrays import Array
 from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
-from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.robot import Robot
 
 # Textbook capsules, hulls and boxes, cylinders, a floating base.
 NAMES = ("planar3", "panda", "ur5_robot", "talos_reduced")
@@ -20,14 +19,6 @@ SOLIDS: dict[str, Callable[[Array], Shape]] = {
     "box": lambda p: Box(p, [0.1, 0.15, 0.2]),
     "half-space": lambda p: HalfSpace(p, 0.9 * float(np.linalg.norm(p))),
 }
-
-
-@cache
-def robot(name: str) -> Robot:
-    if name == "planar3":
-        return planar_arm(radius=0.02)
-    fingers = ("panda_finger_joint1", "panda_finger_joint2") if name == "panda" else ()
-    return Robot.load(name, lock=fingers)
 
 
 def beside(of: Robot, rng: np.random.Generator, scatter: float = 0.12) -> tuple[Configuration, Array]:

@@ -9,7 +9,8 @@ import pytest
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics import pose
 from taskopt.kinematics.configuration import Configuration
-from tests.helpers.differences import FRAMES, STEP, derivative, random_configuration, robot
+from tests.helpers.differences import STEP, derivative
+from tests.helpers.robots import FRAMES, random_configuration, robot
 
 CASES = [*FRAMES.items(), ("tiago", "wheel_right_link"), ("talos_reduced", "base_link")]
 
@@ -105,7 +106,7 @@ def test_a_configuration_keeps_its_own_q():
 def test_bad_input_is_named():
     """Size, unknown frame and unknown axes each raise their own error with the way out."""
     at = random_configuration("panda", 0)
-    with pytest.raises(InvalidValue, match="shape 9, got 3"):
+    with pytest.raises(InvalidValue, match="shape 7, got 3"):
         Configuration(at.robot, [0.0, 0.0, 0.0])
     with pytest.raises(InvalidValue, match="9 numbers"):
         at.update(np.zeros(3))

@@ -28,7 +28,8 @@ from taskopt.kinematics.task import (
     PositionTask,
     Task,
 )
-from tests.helpers.moving import FRAMES, bound, generic_q, robot, tumbling
+from tests.helpers.moving import bound, tumbling
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 DT = 1e-3
 

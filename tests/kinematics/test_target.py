@@ -12,7 +12,8 @@ from taskopt.kinematics.space import PoseSpace, PostureSpace
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import TIMING, Circle, Function, Hold, Latest, Line, as_target
 from taskopt.kinematics.task import FrameTask
-from tests.helpers.moving import generic_q, robot, tumbling
+from tests.helpers.moving import tumbling
+from tests.helpers.robots import generic_q, robot
 
 POSES = PoseSpace("target")
 START = exp6(np.array([0.3, -0.1, 0.5, 0.4, -0.7, 0.2]))

@@ -18,7 +18,7 @@ from taskopt import (
 )
 from taskopt.kinematics.limit import BoundLimit, Limit, RowLimit
 from taskopt.testing import check_limit
-from tests.helpers.moving import robot
+from tests.helpers.robots import robot
 
 
 def out_of_range(configuration):

@@ -13,7 +13,7 @@ from taskopt import (
     UserFunction,
 )
 from taskopt.testing import check_objective
-from tests.helpers.moving import FRAMES, robot
+from tests.helpers.robots import FRAMES, robot
 
 BALLS = [Sphere([3.0, 2.5, 0.4], 0.1), Sphere([-3.0, -1.0, 0.2], 0.2)]
 

@@ -26,7 +26,8 @@ from taskopt import (
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.task import BoundTask, Task
 from taskopt.testing import check_task
-from tests.helpers.moving import FRAMES, robot, tumbling
+from tests.helpers.moving import tumbling
+from tests.helpers.robots import FRAMES, robot
 
 ROBOTS = ("planar", "panda", "tiago", "talos_reduced")
 

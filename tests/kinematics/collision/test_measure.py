@@ -14,7 +14,8 @@ from taskopt.kinematics.collision.pairs import self_pairs
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere
 from taskopt.kinematics.robot import Robot, planar_arm
-from tests.helpers.near import NAMES, SOLIDS, beside, circle_clearance, robot
+from tests.helpers.near import NAMES, SOLIDS, beside, circle_clearance
+from tests.helpers.robots import robot
 
 STEP = 1e-5
 KINK = 3e-8  # fourth-order differences from two steps that disagree by more have a kink between them

@@ -9,7 +9,7 @@ from taskopt.kinematics.collision.pairs import link_of, named_pairs, random_post
 from taskopt.kinematics.geometry.coal import core, extent
 from taskopt.kinematics.geometry.shapes import Box, Sphere, checked_obstacles
 from taskopt.kinematics.robot import Robot, planar_arm
-from tests.helpers.near import robot
+from tests.helpers.robots import robot
 
 
 def test_the_panda_has_the_44_pairs_of_its_srdf():

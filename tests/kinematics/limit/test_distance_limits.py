@@ -21,7 +21,8 @@ from taskopt.kinematics.limit import (
 )
 from taskopt.kinematics.robot import DHRow, planar_arm
 from taskopt.resolver.registry import resolve
-from tests.helpers.near import SOLIDS, beside, robot
+from tests.helpers.near import SOLIDS, beside
+from tests.helpers.robots import robot
 
 MARGIN = 0.01
 PERIODS = (1e-3, 5e-3, 2e-2)  # [s]

@@ -10,7 +10,7 @@ from taskopt.kinematics.limit import JointAccelerationLimit
 from taskopt.kinematics.limit.acceleration import narrow_by_acceleration
 from taskopt.kinematics.part import RobotState
 from taskopt.kinematics.robot import planar_arm
-from tests.helpers.moving import robot
+from tests.helpers.robots import robot
 
 MANY = 10_000
 

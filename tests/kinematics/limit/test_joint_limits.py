@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import JointPositionLimit, JointVelocityLimit
-from tests.helpers.moving import FRAMES, generic_q, robot
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 INSIDE = 1e-9  # what the promise says, in floating point
 

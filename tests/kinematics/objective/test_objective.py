@@ -12,7 +12,8 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, Manipulability, Objective, UserFunction
 from taskopt.kinematics.robot import planar_arm
-from tests.helpers.differences import FRAMES, derivative, random_configuration, robot
+from tests.helpers.differences import derivative
+from tests.helpers.robots import FRAMES, random_configuration, robot
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -39,7 +40,7 @@ def assert_gradient(objective: Objective, at: Configuration) -> None:
 @pytest.mark.parametrize("name", FRAMES)
 def test_the_gradient_of_manipulability_is_its_derivative(name, axes):
     """∂w/∂q = w tr(∂J Jᵀ (J Jᵀ)⁻¹) wherever w > 0, for all rows and for some."""
-    if name == "planar3" and axes != "xy":
+    if name == "planar" and axes != "xy":
         axes = "xy y" if axes == "xyz" else "xy"
     for seed in range(3):
         assert_gradient(Manipulability(FRAMES[name], axes), random_configuration(name, seed))
@@ -48,7 +49,7 @@ def test_the_gradient_of_manipulability_is_its_derivative(name, axes):
 @pytest.mark.parametrize("name", FRAMES)
 def test_manipulability_is_the_root_of_the_determinant(name):
     """w = √det(J Jᵀ) (3.56), by NumPy's determinant."""
-    axes, rows = ("xy", [0, 1]) if name == "planar3" else ("xyz rpy", range(6))
+    axes, rows = ("xy", [0, 1]) if name == "planar" else ("xyz rpy", range(6))
     for seed in range(5):
         at = random_configuration(name, seed)
         J = at.jacobian(FRAMES[name])[list(rows)]
@@ -108,7 +109,7 @@ def test_the_gradient_of_joint_range_is_its_derivative(name):
     """(3.57) by differences, wheels and floating base left out; the planar arm gets its limits by hand."""
     for seed in range(3):
         at = random_configuration(name, seed)
-        if name == "planar3":
+        if name == "planar":
             assert_gradient(JointRange(lower=[-6.0, -1.5, -4.0], upper=[6.0, 1.5, -1.0]), at)
             continue
         assert_gradient(JointRange(), at)

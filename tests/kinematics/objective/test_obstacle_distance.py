@@ -11,7 +11,8 @@ from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.objective import ObstacleDistance
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.differences import derivative
-from tests.helpers.near import NAMES, SOLIDS, beside, robot
+from tests.helpers.near import NAMES, SOLIDS, beside
+from tests.helpers.robots import robot
 
 TWO = (Sphere([0.5, 0.4, 0.0], 0.1), Sphere([0.5, -0.4, 0.0], 0.1))
 

@@ -10,7 +10,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, SelfDistance
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.differences import derivative
-from tests.helpers.near import NAMES, robot
+from tests.helpers.near import NAMES
+from tests.helpers.robots import robot
 
 
 @pytest.mark.parametrize("name", NAMES)

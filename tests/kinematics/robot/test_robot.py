@@ -7,14 +7,14 @@ import pytest
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot, planar_arm
-from tests.helpers.differences import FRAMES, random_configuration, robot
+from tests.helpers.robots import FRAMES, random_configuration, robot
 
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 
 
 def test_the_limits_of_the_panda_are_those_of_its_file():
     """Seven revolute joints in rad, two fingers in m, all with limits of position and velocity."""
-    panda = robot("panda")
+    panda = Robot.load("panda")
     assert panda.joints == panda.velocity_names
     assert panda.coordinate_units == ("rad",) * 7 + ("m",) * 2
     np.testing.assert_array_equal(panda.position_index, np.arange(9))
@@ -84,7 +84,7 @@ def test_the_middle_posture_is_inside_the_limits(name):
 
 def test_what_is_outside_is_said_in_a_sentence():
     """Joint, value, unit, range; within the tolerance nothing is said."""
-    panda = robot("panda")
+    panda = Robot.load("panda")
     assert panda.outside(panda.neutral) == ("panda_joint4 at 0 rad, allowed -3.0718 to -0.0698",)
     q = panda.posture("default")
     q[8] = 0.04 + 1e-10
@@ -96,9 +96,9 @@ def test_what_is_outside_is_said_in_a_sentence():
 @pytest.mark.parametrize(
     ("name", "spoil", "said"),
     [
-        ("panda", lambda q: q[:7], "q of panda must have shape 9, got 7"),
+        ("panda", lambda q: q[:5], "q of panda must have shape 7, got 5"),
         ("panda", lambda q: q + np.nan, "NaN at index 0"),
-        ("panda", lambda q: q * np.where(np.arange(9) == 3, np.inf, 1), "not finite at index 3"),
+        ("panda", lambda q: q * np.where(np.arange(7) == 3, np.inf, 1), "not finite at index 3"),
         ("tiago", lambda q: 0 * q, "wheel_left_joint must be cosine and sine, got norm 0"),
         ("talos_reduced", lambda q: 1.001 * q, "root_joint must be a unit quaternion, got norm 1.001"),
     ],
@@ -134,7 +134,7 @@ def test_a_quaternion_that_drifted_is_normalised():
 def test_unknown_names_get_the_nearest(ask, said):
     """Frame, joint, posture, joint to lock."""
     with pytest.raises(UnknownName, match=said):
-        ask(robot("panda"))
+        ask(Robot.load("panda"))
 
 
 @pytest.mark.parametrize("name", FRAMES)
@@ -165,7 +165,7 @@ def _joints(arm: Robot) -> list:
 
 def test_the_shapes_of_a_locked_robot_stay_in_place():
     """Collision shapes move to the joint that is left, and stand where they stood."""
-    panda = robot("panda")
+    panda = Robot.load("panda")
     q = panda.posture("default")
     locked = panda.lock(FINGERS, q)
     assert locked.nq == 7
@@ -195,10 +195,10 @@ def test_shapes_without_a_parent_frame_can_be_locked():
 
 def test_locking_by_default_holds_joints_inside_their_limits():
     """Panda's joint 4, whose neutral is outside, is held at the nearest limit."""
-    locked = robot("panda").lock(["panda_joint4"])
-    whole = robot("panda").posture("neutral")
+    locked = Robot.load("panda").lock(["panda_joint4"])
+    whole = Robot.load("panda").posture("neutral")
     whole[3] = -0.0698
-    expected = Configuration(robot("panda"), whole).pose("panda_hand")
+    expected = Configuration(Robot.load("panda"), whole).pose("panda_hand")
     np.testing.assert_allclose(
         Configuration(locked, locked.neutral).pose("panda_hand"), expected, rtol=0, atol=1e-12
     )

@@ -7,7 +7,8 @@ from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.target import Function
 from taskopt.kinematics.task import CentreOfMassTask
-from tests.helpers.moving import bound, generic_q, robot
+from tests.helpers.moving import bound
+from tests.helpers.robots import generic_q, robot
 
 
 @pytest.mark.parametrize("name", ["panda", "tiago", "talos_reduced"])

@@ -11,7 +11,7 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.task import BoxTask, During, PositionTask
 from taskopt.kinematics.task.transition import largest_jump, swap, transitions
-from tests.helpers.moving import generic_q, robot
+from tests.helpers.robots import generic_q, robot
 
 LIMITS = [JointPositionLimit(), JointVelocityLimit()]
 Q = generic_q(robot("panda"), 3)

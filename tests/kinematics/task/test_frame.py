@@ -11,7 +11,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp6, log3
 from taskopt.kinematics.target import Function, Hold
 from taskopt.kinematics.task import FrameTask, OrientationTask, PositionTask
-from tests.helpers.moving import FRAMES, bound, derivative_mismatch, generic_q, robot, tumbling
+from tests.helpers.moving import bound, derivative_mismatch, tumbling
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 TASKS = {
     "pose, own": lambda f, r: FrameTask(f, target=r, gain=7.0),

@@ -7,7 +7,8 @@ from taskopt import Controller, FrameTask, Function, JointTask, Stack
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.task import BoxTask, GazeTask, PositionTask
-from tests.helpers.moving import FRAMES, bound, generic_q, robot
+from tests.helpers.moving import bound
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 SIGHT = (0.3, -0.5, 0.8)  # a generic axis of the frame
 

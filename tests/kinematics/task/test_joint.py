@@ -7,7 +7,8 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.target import Circle, Function, Line
 from taskopt.kinematics.task import JointTask
-from tests.helpers.moving import FRAMES, bound, derivative_mismatch, generic_q, robot
+from tests.helpers.moving import bound, derivative_mismatch
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 
 def moving_posture(of, seed):

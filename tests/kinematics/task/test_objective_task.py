@@ -9,7 +9,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.task import ObjectiveTask
 from taskopt.loop.run import run
 from taskopt.resolver.registry import resolver
-from tests.helpers.moving import FRAMES, bound, generic_q, robot
+from tests.helpers.moving import bound
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 
 @pytest.mark.parametrize("name", FRAMES)

@@ -7,7 +7,8 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, Manipulability
 from taskopt.kinematics.task import DampingTask, GradientTask
-from tests.helpers.moving import FRAMES, bound, generic_q, robot
+from tests.helpers.moving import bound
+from tests.helpers.robots import FRAMES, generic_q, robot
 
 
 @pytest.mark.parametrize("name", FRAMES)
