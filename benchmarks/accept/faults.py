@@ -94,7 +94,7 @@ _OF_SEARCH = (
     Fault(
         "violated rows do not join at the start",
         _START,
-        "if state[n + i] == Side.FREE:\n            state[n + i] = row_side(",
+        "if state[n + i] == Held.FREE:\n            state[n + i] = row_side(",
         "if state[n + i] != state[n + i]:\n            state[n + i] = row_side(",
     ),
     Fault(
@@ -106,7 +106,7 @@ _OF_SEARCH = (
     Fault(
         "x is not put onto the bounds that hold it",
         _SEARCH,
-        "x[j] = problem.box_upper[j] if state[j] == Side.UPPER else problem.box_lower[j]",
+        "x[j] = problem.box_upper[j] if state[j] == Held.UPPER else problem.box_lower[j]",
         "pass",
     ),
     Fault(

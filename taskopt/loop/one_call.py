@@ -12,7 +12,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.plan import Fill, problem_in
 from taskopt.kinematics.stack import Plan
-from taskopt.resolver.active_set.resolver import ActiveSet, packed
+from taskopt.resolver.active_set.resolver import ActiveSet, resolution_of
 from taskopt.resolver.active_set.tick import new_history, tick, tick_fast
 from taskopt.resolver.active_set.workspace import Outcome
 from taskopt.resolver.base import Resolver
@@ -69,7 +69,7 @@ class OneCall:
             return self.answer(q, t)
         if code == FLAWED:
             plan.blame(t)
-        resolution = packed(plan.hierarchy, answer, state, code, rounds)
+        resolution = resolution_of(plan.hierarchy, answer, state, code, rounds)
         return resolution if resolution.claimed else self._conclude(resolution)
 
     def compile(self, q: Array, t: float) -> None:

@@ -208,7 +208,7 @@ def task_priority(hierarchy: Hierarchy, damping: Damping = NONE) -> Array:
     return descend(equality_levels(hierarchy), hierarchy.norm, damping).x
 
 
-class Descent(NamedTuple):
+class TaskPriority(NamedTuple):
     """The result of `descend`.
 
     Attributes:
@@ -226,7 +226,7 @@ def descend(
     damping: Damping = NONE,
     rule: RankRule = RULE,
     previous_ranks: Sequence[int] = (),
-) -> Descent:
+) -> TaskPriority:
     """Resolve levels of equalities one after the other, by the recursion of task priority.
 
         x_k = x_{k−1} + N_{k−1} (J_k N_{k−1})† (v_k − J_k x_{k−1})
@@ -267,7 +267,7 @@ def descend(
         z = z + N @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ missing)))
         N = N @ Vt[r:].T
         accounts.append(account._replace(damping=float(squared.max(initial=0.0))))
-    return Descent(inverse @ z, tuple(accounts))
+    return TaskPriority(inverse @ z, tuple(accounts))
 
 
 def level_ratio(levels: int) -> float:

@@ -26,7 +26,7 @@ from taskopt.resolver.level_qp import (
     RowSet,
     RowSVD,
     free_directions,
-    least_norm,
+    least_norm_solution,
     least_violation,
     row_svd,
 )
@@ -137,7 +137,7 @@ class _Cascade:
         if not len(met.goal) and not len(own_here.lower):
             return True
         before = self.rows.seen_from(self.xi, self.Z, self.feasible)
-        exact = least_norm(self.solve, self.Z.T @ self.xi, met, before.joined(own_here))
+        exact = least_norm_solution(self.solve, self.Z.T @ self.xi, met, before.joined(own_here))
         self.iterations += exact.iterations
         if exact.status is Status.SOLVED:
             self._advance(exact.x, met.free)
@@ -151,7 +151,7 @@ class _Cascade:
             return
         nothing = row_svd(np.empty((0, self.Z.shape[1])), np.empty(0), len)
         before = self.rows.seen_from(self.xi, self.Z, self.feasible)
-        solution = least_norm(self.solve, self.Z.T @ self.xi, nothing, before)
+        solution = least_norm_solution(self.solve, self.Z.T @ self.xi, nothing, before)
         self.iterations += solution.iterations
         if solution.status is Status.SOLVED:
             self._advance(solution.x, nothing.free)

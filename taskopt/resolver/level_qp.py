@@ -142,7 +142,7 @@ def row_svd(M: Array, d: Array, rank: Callable[[Array], int]) -> RowSVD:
     return RowSVD(Vt[:r], Vt[r:].T, U[:, :r].T @ d, sigma[:r])
 
 
-def least_norm(solve: SolveProgram, offset: Array, equal: RowSVD, rows: RowSet) -> Solution:
+def least_norm_solution(solve: SolveProgram, offset: Array, equal: RowSVD, rows: RowSet) -> Solution:
     """Solve min ½ ‖z + offset‖² subject to V₁ᵀ z = Σ⁻¹ U₁ᵀ d and rows: the level is met exactly.
 
     Equality rows keep the raw answer accurate, whereas normal equations would square the condition number.

@@ -23,7 +23,7 @@ from taskopt.solver.registry import solver, solvers
 
 DEFAULT = "active-set"
 
-_alone: dict[str, Callable[[], Resolver]] = {  # and what users register
+_PLAIN: dict[str, Callable[[], Resolver]] = {  # and what users register
     "pinv": PseudoInverse,
     "transpose": Transpose,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
@@ -52,8 +52,8 @@ def resolver(name: str) -> Resolver:
     """
     if not isinstance(name, str):
         raise InvalidValue(f"a resolver is known by its name, such as {DEFAULT!r}; got {name!r}")
-    if name in _alone:
-        return _alone[name]()
+    if name in _PLAIN:
+        return _PLAIN[name]()
     family, _, engine = name.partition("/")
     if family not in _WITH_SOLVER or engine not in _engines(family):
         raise UnknownName("resolver", name, resolver_names())
@@ -62,7 +62,7 @@ def resolver(name: str) -> Resolver:
 
 def resolver_names() -> tuple[str, ...]:
     """Return the names of all resolvers, those whose solver is not installed included."""
-    return (*_alone, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
+    return (*_PLAIN, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
 
 
 def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
@@ -134,7 +134,7 @@ def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) ->
         raise InvalidValue(
             f"there is a resolver '{made.name}' already; name yours differently or pass replace=True"
         )
-    _alone[made.name] = make
+    _PLAIN[made.name] = make
     return made
 
 

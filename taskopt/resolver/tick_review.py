@@ -12,7 +12,7 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import Cause, LevelAccount, Review
 from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.hierarchy.tolerances import ACCURACY, DOUBTFUL_KEPT, DOUBTFUL_LOST, SMALLEST_VELOCITY
-from taskopt.resolver.closed_form import Descent, LevelEqualities, descend
+from taskopt.resolver.closed_form import LevelEqualities, TaskPriority, descend
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +77,13 @@ class TickReview(Review):
         return tuple(map(_rank_cause, doubtful)) or (accuracy,)
 
     @cached_property
-    def _unconstrained(self) -> Descent:
+    def _unconstrained(self) -> TaskPriority:
         """Task priority on the equalities alone."""
         problem = self.resolution.problem
         return descend(equality_levels(problem), problem.norm)
 
     @cached_property
-    def _on_active_set(self) -> Descent:
+    def _on_active_set(self) -> TaskPriority:
         """Task priority on the equalities and the active inequalities; the same if none is active."""
         problem, state = self.resolution.problem, self.resolution.state
         return descend(active_levels(problem, state), problem.norm) if state.any() else self._unconstrained

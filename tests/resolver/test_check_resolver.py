@@ -170,7 +170,7 @@ def test_an_incomplete_resolver_is_told_what_it_lacks() -> None:
 
 def test_a_resolver_of_ones_own_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Registered, it resolves; similar names are suggested, taken and empty ones refused."""
-    monkeypatch.setattr(registry, "_alone", dict(registry._alone))
+    monkeypatch.setattr(registry, "_PLAIN", dict(registry._PLAIN))
     assert register_resolver(Own).name == "own"
     check_resolver(resolver("own"), count=3)
     assert "own" in resolver_names()

@@ -11,7 +11,7 @@ import pinocchio as pin
 from taskopt.arrays import Array
 from taskopt.errors import NotInstalled
 from taskopt.hierarchy.tolerances import COAL_RETRY
-from taskopt.kinematics.collision.pairs import Pair, shape_names, shapes_of
+from taskopt.kinematics.collision.pairs import SolidPair, shape_names, shapes_of
 from taskopt.kinematics.engine import Data, GeometryModel
 from taskopt.kinematics.geometry.coal import core, exact, obstacle_object, solid
 from taskopt.kinematics.geometry.shapes import Shape, obstacle_names
@@ -41,7 +41,7 @@ class Collision:
     """
 
     def __init__(
-        self, robot: Robot, names: Sequence[str], shapes: GeometryModel, pairs: Sequence[Pair]
+        self, robot: Robot, names: Sequence[str], shapes: GeometryModel, pairs: Sequence[SolidPair]
     ) -> None:
         """Pair solids; most callers use `with_obstacles` or `of_itself`.
 
@@ -96,7 +96,7 @@ class Collision:
         return Collision(robot, names, shapes, pairs)
 
     @staticmethod
-    def of_itself(robot: Robot, pairs: Sequence[Pair]) -> "Collision":
+    def of_itself(robot: Robot, pairs: Sequence[SolidPair]) -> "Collision":
         """Pair shapes of a robot with one another, under names such as "panda_link0 – panda_hand".
 
         Args:

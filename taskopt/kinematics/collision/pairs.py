@@ -15,12 +15,12 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.geometry.coal import exact, solid
 from taskopt.kinematics.robot.robot import Robot
 
-Pair = tuple[int, int]  # places in robot.geometry.geometryObjects
+SolidPair = tuple[int, int]  # places in robot.geometry.geometryObjects
 
 _SAMPLES = 300  # random postures; pairs that are apart in none of them are taken for neighbours
 
 
-def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
+def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[SolidPair, ...]:
     """Find the pairs of shapes that can meet.
 
     They are the robot's own, from its SRDF. If it has none: all pairs on different joints, except those on
@@ -40,7 +40,7 @@ def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[Pair, ...]:
     return _ever_apart(robot, _strangers(robot), clearance)
 
 
-def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[Pair, ...]:
+def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[SolidPair, ...]:
     """Find the pairs of shapes of pairs of links.
 
     Args:
@@ -124,7 +124,7 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
     return tuple(link_of(name) if count[link_of(name)] == 1 else name for name in names)
 
 
-def _strangers(robot: Robot) -> list[Pair]:
+def _strangers(robot: Robot) -> list[SolidPair]:
     """Return the pairs of shapes whose joints are different and do not follow each other."""
     joints = [int(shape.parentJoint) for shape in robot.geometry.geometryObjects]
     parents = robot.model.parents
@@ -136,7 +136,7 @@ def _strangers(robot: Robot) -> list[Pair]:
     ]
 
 
-def _ever_apart(robot: Robot, pairs: Sequence[Pair], clearance: float) -> tuple[Pair, ...]:
+def _ever_apart(robot: Robot, pairs: Sequence[SolidPair], clearance: float) -> tuple[SolidPair, ...]:
     """Return the pairs that are farther apart than `clearance` [m] in a named or random posture."""
     if not pairs:
         return ()

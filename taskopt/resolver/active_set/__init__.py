@@ -8,7 +8,7 @@ The problem (see `taskopt.hierarchy.problem`), level 0 being the hard rows and l
 Symbols (kernels use the names of the last column):
 
     A       rows, all levels stacked, (M, n)                                     A
-    W       working set: unknowns and rows that are held at a bound, (n + M,)    state (a `Side` each)
+    W       working set: unknowns and rows that are held at a bound, (n + M,)    state (a `Held` each)
     x       primal: the unknowns, (n,)                                           x, here.x, goal.x
     L, Q    factors of the rows in W on the free unknowns, A = L Qᵀ              L, reflectors and beta
     z       coordinates Qᵀ x of the free unknowns; each level decides a part     z
@@ -42,7 +42,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
             goal ← each level's part of z in least squares, then x = Q z
                                                      D Sect. 3, E Algorithm 1    lexls.solve_levels
             λ ← of each level, back through the levels before it
-                                                     D Sect. 3, E Algorithm 2    lexls.level_multipliers
+                                                     D Sect. 3, E Algorithm 2    lexls.multipliers_of_level
             in the first round: if goal violates a row outside W, add all such rows, start beside it   [f]
             α ← the first row outside W that blocks the way from x to goal
                                                      E Algorithm 5               search._first_blocking

@@ -32,7 +32,7 @@ from taskopt.resolver.active_set.linalg import (
     forward,
     gram,
 )
-from taskopt.resolver.active_set.workspace import LastLevel, SaddlePoint, Scratch, Side, Verdict
+from taskopt.resolver.active_set.workspace import Held, LastLevel, SaddlePoint, Scratch, Verdict
 
 PASSES = 2  # the solution and one refinement, which gains what the square of the condition number cost
 
@@ -96,9 +96,9 @@ def _place_unknowns(
     for j in range(x.size):
         thin = max(thin, FAST_PATH_COVERED * last.D[j])
     for j in range(x.size):
-        free = state[j] == Side.FREE
+        free = state[j] == Held.FREE
         root[j] = 1.0 / np.sqrt(last.D[j]) if free and last.D[j] > thin else 0.0
-        bound = problem.box_upper[j] if state[j] == Side.UPPER else problem.box_lower[j]
+        bound = problem.box_upper[j] if state[j] == Held.UPPER else problem.box_lower[j]
         x[j] = last.x0[j] if free else bound
         if free and last.D[j] <= thin:
             uncovered[u] = j
@@ -161,7 +161,7 @@ def _choose_rows(
                 chosen[m] = i
                 m += 1
         else:
-            refused |= state[n + i] != Side.FREE
+            refused |= state[n + i] != Held.FREE
     return -1 if refused else m
 
 
@@ -249,7 +249,7 @@ def _last_multipliers(
         if saddle.rows[a] < saddle.first_soft:
             out[n + saddle.rows[a]] = -balance[a]
     for j in range(n):
-        if state[j] != Side.FREE:
+        if state[j] != Held.FREE:
             out[j] = last.D[j] * (last.x0[j] - x[j])
             largest = max(largest, abs(out[j]))
             for a in range(m):
@@ -285,7 +285,7 @@ def _norm_multipliers(
     for j in range(n):
         if last_row[j] >= 0:
             out[n + last_row[j]] = rest[j]
-        elif state[j] != Side.FREE:
+        elif state[j] != Held.FREE:
             out[j] = rest[j]
 
 
@@ -294,17 +294,17 @@ def _change_side(
     box_lower: Array, box_upper: Array, state: StateArray, x: Array, multipliers: Array, sign: float
 ) -> Verdict:  # fmt: skip
     """Accept if no bound is crossed and no sign is wrong; else let the worst unknown change its side."""
-    worst, change, side, refused = 0.0, -1, Side.FREE, False
+    worst, change, side, refused = 0.0, -1, Held.FREE, False
     for j in range(x.size):
         lower, upper = box_lower[j], box_upper[j]
         refused |= lower > upper or not np.isfinite(x[j])
-        if state[j] != Side.FREE:
+        if state[j] != Held.FREE:
             if change < 0 and -state[j] * multipliers[j] > sign and lower < upper:
-                change, side = j, Side.FREE
+                change, side = j, Held.FREE
         else:
             over = max(x[j] - upper, lower - x[j])
             if over > max(worst, FAST_PATH_FEASIBLE * max(1.0, abs(x[j]))):
-                worst, change, side = over, j, Side.UPPER if x[j] > upper else Side.LOWER
+                worst, change, side = over, j, Held.UPPER if x[j] > upper else Held.LOWER
     verdict = Verdict.ACCEPTED
     if refused:
         verdict = Verdict.REFUSED

@@ -14,7 +14,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.tolerances import LOST
 from taskopt.jit import kernel, kernel_apart
-from taskopt.resolver.active_set.workspace import Count, Factor, LevelMultipliers, Side, Solution
+from taskopt.resolver.active_set.workspace import Count, Factor, Held, LevelMultipliers, LevelSolution
 
 
 @kernel
@@ -24,7 +24,7 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
     Args:
         rows: M.
         levels: number of levels, the hard rows among them.
-        state: (n + M,) `Side` of each unknown and row.
+        state: (n + M,) `Held` of each unknown and row.
         n: number of unknowns.
 
     Returns:
@@ -32,7 +32,7 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
     """
     free, f = np.empty(n, np.int64), 0
     for j in range(n):
-        if state[j] == Side.FREE:
+        if state[j] == Held.FREE:
             free[f] = j
             f += 1
     return Factor(
@@ -58,7 +58,7 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
         A: (M, n) scaled rows.
         scale: (M,) size of each row for the decision of rank.
         offsets: (levels + 1,) first row of each level, the hard rows first.
-        state: (n + M,) `Side` of each unknown and row; those that are not FREE are in W.
+        state: (n + M,) `Held` of each unknown and row; those that are not FREE are in W.
         factor: filled.
     """
     n, f, levels = A.shape[1], factor.free.size, offsets.size - 1
@@ -67,7 +67,7 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
     for k in range(levels):
         starts[k] = count
         for i in range(offsets[k], offsets[k + 1]):
-            if state[n + i] != Side.FREE:
+            if state[n + i] != Held.FREE:
                 order[count] = i
                 for c in range(f):
                     L[count, c] = A[i, factor.free[c]]
@@ -134,7 +134,7 @@ def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, r
 
 
 @kernel_apart
-def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solution: Solution) -> None:
+def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solution: LevelSolution) -> None:
     """Solve the factorised hierarchy: min ‖L z − target‖² level by level.
 
     A level whose rows are all pivots is met exactly, by forward substitution; another one is solved in least
@@ -244,8 +244,8 @@ def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
 
 
 @kernel_apart
-def level_multipliers(
-    A: Array, scale: Array, factor: Factor, solution: Solution, state: StateArray, x: Array, k: int,
+def multipliers_of_level(
+    A: Array, scale: Array, factor: Factor, solution: LevelSolution, state: StateArray, x: Array, k: int,
     out: LevelMultipliers,
 ) -> None:  # fmt: skip
     """Compute the multipliers of box and rows at level k.
@@ -263,7 +263,7 @@ def level_multipliers(
         scale: (M,) size of each row.
         factor: what `factorise` filled.
         solution: what `solve_levels` filled.
-        state: (n + M,) `Side` of each unknown and row.
+        state: (n + M,) `Held` of each unknown and row.
         x: (n,) the solution.
         k: the level, 0 for the hard rows; the number of levels stands for the norm, with gradient x.
         out: filled.
@@ -311,7 +311,7 @@ def _box_multipliers(
     """Balance what the rows leave of a level's gradient in the columns of the unknowns that a bound holds."""
     n, order, levels = x.size, factor.order, factor.starts.size - 1
     for j in range(n):
-        if state[j] == Side.FREE:
+        if state[j] == Held.FREE:
             continue
         value, sum_of = (-x[j], abs(x[j])) if k == levels else (0.0, 0.0)
         for a in range(factor.starts[min(k + 1, levels)]):

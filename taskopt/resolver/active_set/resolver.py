@@ -72,7 +72,7 @@ class ActiveSet:
         problem = hierarchy.buffer, hierarchy.norm.copy(), layout.offsets, layout.columns
         outcome, rounds = _run_tick(problem, self.settings, history, state, answer)
         kept = Memory(state, previous=history[PREVIOUS], alternates=bool(history[ALTERNATES, 0]))
-        return packed(hierarchy, answer, state, int(outcome), int(rounds)), kept
+        return resolution_of(hierarchy, answer, state, int(outcome), int(rounds)), kept
 
     @property
     def settings(self) -> tuple[int, int]:
@@ -84,7 +84,9 @@ class ActiveSet:
         return task_priority(hierarchy)
 
 
-def packed(hierarchy: Hierarchy, answer: Array, state: StateArray, outcome: int, rounds: int) -> Resolution:
+def resolution_of(
+    hierarchy: Hierarchy, answer: Array, state: StateArray, outcome: int, rounds: int
+) -> Resolution:
     """Make a resolution of what a compiled entry filled.
 
     An answer that its own multipliers do not prove gets a second proof with multipliers that are computed for

@@ -22,7 +22,7 @@ from taskopt.hierarchy.view import Rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.lexls import (
     factorise,
-    level_multipliers,
+    multipliers_of_level,
     new_factor,
     solve_levels,
     unknowns_into,
@@ -41,13 +41,13 @@ from taskopt.resolver.active_set.start import (
 from taskopt.resolver.active_set.workspace import (
     Count,
     Factor,
+    Held,
     LevelMultipliers,
+    LevelSolution,
     Locks,
     Outcome,
     Point,
     ScaledRows,
-    Side,
-    Solution,
 )
 
 
@@ -121,8 +121,8 @@ def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> 
     for j in range(n):
         stretch = np.sqrt(problem.norm[j])
         x[j] /= stretch
-        if state[j] != Side.FREE:
-            x[j] = problem.box_upper[j] if state[j] == Side.UPPER else problem.box_lower[j]
+        if state[j] != Held.FREE:
+            x[j] = problem.box_upper[j] if state[j] == Held.UPPER else problem.box_lower[j]
         x[j] = min(max(x[j], problem.box_lower[j]), problem.box_upper[j])
         for k in range(multipliers.shape[0]):
             multipliers[k, j] *= stretch
@@ -142,7 +142,7 @@ def _second_search(
         start_at_zero(near, state, here)
     else:
         for j in range(state.size):
-            state[j] = Side.FREE
+            state[j] = Held.FREE
     correct_working_set(rows, state)
     outcome, rounds = _iterate(
         near, state, here, multipliers, np.bool_(not from_zero), limit, SEARCH_MOVED_PERTURBED
@@ -165,7 +165,7 @@ def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multi
     for i in range(count):
         slack = SEARCH_AGREE * rows.size[i]
         inside = rows.lower[i] - slack <= goal.value[i] <= rows.upper[i] + slack
-        if not inside and (state[n + i] == Side.FREE or i < rows.offsets[1]):
+        if not inside and (state[n + i] == Held.FREE or i < rows.offsets[1]):
             return
     copy_into(here.x, goal.x)
     for k in range(multipliers.shape[0]):
@@ -214,7 +214,7 @@ def _iterate(
                 here.x[j] += alpha * (goal.x[j] - here.x[j])
             if entering < n:
                 here.x[entering] = (
-                    rows.box_upper[entering] if side == Side.UPPER else rows.box_lower[entering]
+                    rows.box_upper[entering] if side == Held.UPPER else rows.box_lower[entering]
                 )
             row_values(rows.A, here.x, here.value)
             state[entering] = side
@@ -249,18 +249,18 @@ def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipli
     n, count, levels = x.size, rows.lower.size, rows.offsets.size - 1
     target, held = np.empty(count), 0.0
     for j in range(n):
-        if state[j] != Side.FREE:
-            x[j] = rows.box_upper[j] if state[j] == Side.UPPER else rows.box_lower[j]
+        if state[j] != Held.FREE:
+            x[j] = rows.box_upper[j] if state[j] == Held.UPPER else rows.box_lower[j]
             held += abs(x[j])
     for i in range(count):
-        if state[n + i] != Side.FREE:
-            target[i] = rows.upper[i] if state[n + i] == Side.UPPER else rows.lower[i]
+        if state[n + i] != Held.FREE:
+            target[i] = rows.upper[i] if state[n + i] == Held.UPPER else rows.lower[i]
             for j in range(n):
-                if state[j] != Side.FREE:
+                if state[j] != Held.FREE:
                     target[i] -= rows.A[i, j] * x[j]
     factor = new_factor(count, levels, state, n)
     factorise(rows.A, rows.scale, rows.offsets, state, factor)
-    solution = Solution(np.empty(factor.free.size), np.empty(count), np.empty(count))
+    solution = LevelSolution(np.empty(factor.free.size), np.empty(count), np.empty(count))
     solve_levels(factor, rows.scale, target, held, solution)
     unknowns_into(factor, solution.z, x)
     return _row_to_drop(rows, factor, solution, state, x, locked, multipliers)
@@ -268,7 +268,7 @@ def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipli
 
 @kernel_apart
 def _row_to_drop(
-    rows: ScaledRows, factor: Factor, solution: Solution, state: StateArray, x: Array, locked: Mask,
+    rows: ScaledRows, factor: Factor, solution: LevelSolution, state: StateArray, x: Array, locked: Mask,
     multipliers: Array,
 ) -> int:  # fmt: skip
     """Compute all multipliers; return the inequality with the worst sign at the first wrong level, or −1.
@@ -286,14 +286,14 @@ def _row_to_drop(
     for j in range(n):
         decided[j] |= rows.box_lower[j] == rows.box_upper[j]
     for k in range(levels + 1):
-        level_multipliers(rows.A, rows.scale, factor, solution, state, x, k, level)
+        multipliers_of_level(rows.A, rows.scale, factor, solution, state, x, k, level)
         if k > 0:
             copy_into(multipliers[k - 1], level.value)
         if leaving >= 0:
             continue
         worst = 0.0
         for j in range(n + rows.offsets[min(k + 1, levels)]):
-            if state[j] == Side.FREE or decided[j]:
+            if state[j] == Held.FREE or decided[j]:
                 continue
             tolerance = SEARCH_SIGN * level.terms[j]
             signed = state[j] * level.value[j]
@@ -311,7 +311,7 @@ def _side_after(rows: ScaledRows, side: int, i: int, value: Array) -> int:
         beyond = row_side(value[i], rows.lower[i], rows.upper[i], rows.size[i])
         if beyond == -side:
             return beyond
-    return Side.FREE
+    return Held.FREE
 
 
 @kernel
@@ -324,9 +324,9 @@ def _first_blocking(
     Algorithm 5.
     """
     n = here.x.size
-    alpha, entering, side = 1.0, -1, Side.FREE
+    alpha, entering, side = 1.0, -1, Held.FREE
     for j in range(n + rows.lower.size):
-        if state[j] != Side.FREE:
+        if state[j] != Held.FREE:
             continue
         if j < n:
             now, then, lower, upper = here.x[j], goal.x[j], rows.box_lower[j], rows.box_upper[j]
@@ -336,9 +336,9 @@ def _first_blocking(
             now, then, lower, upper = here.value[i], goal.value[i], rows.lower[i], rows.upper[i]
             slack = SEARCH_FEASIBLE * rows.size[i]
         if then > upper + slack and then > now:
-            step, toward = max(0.0, (upper - now) / (then - now)), Side.UPPER
+            step, toward = max(0.0, (upper - now) / (then - now)), Held.UPPER
         elif then < lower - slack and then < now:
-            step, toward = max(0.0, (lower - now) / (then - now)), Side.LOWER
+            step, toward = max(0.0, (lower - now) / (then - now)), Held.LOWER
         else:
             continue
         if step < alpha or entering < 0:

@@ -10,7 +10,7 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.tolerances import SEARCH_AGREE, SEARCH_BOX, SEARCH_FEASIBLE, SEARCH_PERTURBATION
 from taskopt.jit import kernel
 from taskopt.resolver.active_set.linalg import row_values
-from taskopt.resolver.active_set.workspace import Count, Point, ScaledRows, Side
+from taskopt.resolver.active_set.workspace import Count, Held, Point, ScaledRows
 
 _GOLDEN_RATIO = 0.6180339887498949  # its multiples, modulo 1, are spread evenly and never repeat
 
@@ -39,7 +39,7 @@ def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
 
     Args:
         rows: the problem.
-        state: (n + M,) `Side` of each unknown and row, corrected.
+        state: (n + M,) `Held` of each unknown and row, corrected.
     """
     n = rows.box_lower.size
     _correct_sides(rows.box_lower, rows.box_upper, state[:n])
@@ -51,16 +51,16 @@ def _correct_sides(lower: Array, upper: Array, state: StateArray) -> None:
     """Do so for the unknowns, or for the rows."""
     for i in range(lower.size):
         if lower[i] == upper[i]:
-            state[i] = Side.UPPER
-        elif (state[i] == Side.UPPER and upper[i] == np.inf) or (
-            state[i] == Side.LOWER and lower[i] == -np.inf
+            state[i] = Held.UPPER
+        elif (state[i] == Held.UPPER and upper[i] == np.inf) or (
+            state[i] == Held.LOWER and lower[i] == -np.inf
         ):
-            state[i] = Side.FREE
+            state[i] = Held.FREE
 
 
 @kernel
 def box_side(value: float, lower: float, upper: float) -> int:
-    """Return the `Side` of the box that an unknown violates, or FREE.
+    """Return the `Held` of the box that an unknown violates, or FREE.
 
     Args:
         value: The unknown.
@@ -72,15 +72,15 @@ def box_side(value: float, lower: float, upper: float) -> int:
     """
     slack = SEARCH_BOX * max(1.0, abs(value))
     if value > upper + slack:
-        return Side.UPPER
+        return Held.UPPER
     if value < lower - slack:
-        return Side.LOWER
-    return Side.FREE
+        return Held.LOWER
+    return Held.FREE
 
 
 @kernel
 def row_side(value: float, lower: float, upper: float, size: float) -> int:
-    """Return the `Side` of a row that its value violates, or FREE.
+    """Return the `Held` of a row that its value violates, or FREE.
 
     Args:
         value: Value of the row at some point.
@@ -93,10 +93,10 @@ def row_side(value: float, lower: float, upper: float, size: float) -> int:
     """
     slack = SEARCH_FEASIBLE * size
     if value > upper + slack:
-        return Side.UPPER
+        return Held.UPPER
     if value < lower - slack:
-        return Side.LOWER
-    return Side.FREE
+        return Held.LOWER
+    return Held.FREE
 
 
 @kernel
@@ -114,11 +114,11 @@ def violates(rows: ScaledRows, state: StateArray, goal: Point) -> bool:
     n = goal.x.size
     for j in range(n):
         beyond = box_side(goal.x[j], rows.box_lower[j], rows.box_upper[j])
-        if state[j] == Side.FREE and beyond != Side.FREE:
+        if state[j] == Held.FREE and beyond != Held.FREE:
             return True
     for i in range(goal.value.size):
         beyond = row_side(goal.value[i], rows.lower[i], rows.upper[i], rows.size[i])
-        if state[n + i] == Side.FREE and beyond != Side.FREE:
+        if state[n + i] == Held.FREE and beyond != Held.FREE:
             return True
     return False
 
@@ -136,11 +136,11 @@ def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) 
     n = here.x.size
     for j in range(n):
         here.x[j] = min(max(goal.x[j], rows.box_lower[j]), rows.box_upper[j])
-        if state[j] == Side.FREE:
+        if state[j] == Held.FREE:
             state[j] = box_side(goal.x[j], rows.box_lower[j], rows.box_upper[j])
     row_values(rows.A, here.x, here.value)
     for i in range(here.value.size):
-        if state[n + i] == Side.FREE:
+        if state[n + i] == Held.FREE:
             state[n + i] = row_side(here.value[i], rows.lower[i], rows.upper[i], rows.size[i])
 
 
@@ -176,9 +176,9 @@ def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
     for j in range(n):
         here.x[j] = min(max(0.0, rows.box_lower[j]), rows.box_upper[j])
         if rows.box_lower[j] < here.x[j] < rows.box_upper[j]:
-            state[j] = Side.FREE
+            state[j] = Held.FREE
         else:
-            state[j] = Side.UPPER if here.x[j] == rows.box_upper[j] else Side.LOWER
+            state[j] = Held.UPPER if here.x[j] == rows.box_upper[j] else Held.LOWER
     row_values(rows.A, here.x, here.value)
     for i in range(here.value.size):
         state[n + i] = row_side(here.value[i], rows.lower[i], rows.upper[i], rows.size[i])

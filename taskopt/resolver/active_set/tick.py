@@ -19,10 +19,12 @@ from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.fast_path import fast_path
 from taskopt.resolver.active_set.linalg import copy_into
 from taskopt.resolver.active_set.search import search
-from taskopt.resolver.active_set.workspace import Count, Outcome, Side, Verdict
+from taskopt.resolver.active_set.workspace import Count, Held, Outcome, Verdict
 
-TRIES = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
-FIRST = 150  # factorisations that the guess is worth; a tick that needs more is better off with another start
+FAST_PATH_ATTEMPTS = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
+FIRST_SEARCH_LIMIT = (
+    150  # factorisations that the guess is worth; a tick that needs more is better off with another start
+)
 LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
 
 
@@ -100,11 +102,11 @@ def tick(
     _recall(history, state)
     outcome, rounds = Outcome.SOLVED, np.int64(0)
     if settings[0] == 0 or not _try_fast_path(problem, state, found):
-        outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST), limit)
+        outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= PROVEN):
         for i in range(state.size):  # once more, without the guess
-            state[i] = Side.FREE
+            state[i] = Held.FREE
         outcome, more = search(problem, state, x, multipliers, np.int64(1), limit)
         rounds += more
         worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
@@ -123,7 +125,7 @@ def tick(
 def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
     """Try the fast path from the guess; where it is accepted, `state` is its working set, else as it was."""
     trial, verdict = state.copy(), Verdict.AGAIN
-    for _ in range(TRIES):
+    for _ in range(FAST_PATH_ATTEMPTS):
         verdict = fast_path(problem, trial, found.x, found.multipliers)
         if verdict != Verdict.AGAIN:
             break

@@ -17,7 +17,7 @@ Count = (
 )  # counts are np.int64 in compiled code: a literal 0 would compile its callees once more
 
 
-class Side(IntEnum):
+class Held(IntEnum):
     """State of an unknown or a row in the working set W."""
 
     LOWER = -1
@@ -114,7 +114,7 @@ class Factor(NamedTuple):
     beta: Array
 
 
-class Solution(NamedTuple):
+class LevelSolution(NamedTuple):
     """The solution of a factorised hierarchy.
 
     Attributes:
