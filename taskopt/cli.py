@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskopt.errors import InvalidValue, TaskoptError
+from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 
 if TYPE_CHECKING:
     from taskopt.loop.run import Step
@@ -263,6 +263,28 @@ def strictness(
 
     *_, methods = measure(cases)
     terminal().print(table(methods))
+
+
+@app.command()
+def figures(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NUMBER]", help="Numbers of figures, such as 3.16; all if none is named."),
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Write fig_3_16.png and so on there.")] = Path(
+        "docs/figures"
+    ),
+) -> None:
+    """Draw the figures of the chapter.
+
+    Their arms and runs are ours; Matplotlib draws them, which the extra taskopt[figures] installs.
+    """
+    try:
+        from taskopt.figures.catalogue import render
+    except ModuleNotFoundError as error:
+        raise NotInstalled("Matplotlib, which draws the figures,", "'taskopt[figures]'") from error
+    for path in render(names or (), out):
+        typer.echo(f"wrote {path}")
 
 
 @app.command()

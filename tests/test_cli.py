@@ -118,6 +118,7 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
         ["run"],
         ["compare"],
         ["view"],
+        ["figures"],
         ["warmup"],
         ["list"],
         ["bench"],

@@ -1,0 +1,35 @@
+"""A planar arm of three links takes the posture of a hand that writes, while its tip stays in place.
+
+Fig. 3.26 of Siciliano et al.: a pen controls the force along y and the velocity along x. A small
+transformation ratio makes errors small, so the second level descends α along y (3.127) and β along x
+(3.128): the velocity ellipse turns upright, and the force ellipse lies down.
+"""
+
+from taskopt import (
+    ForceRatio,
+    GradientTask,
+    JointPositionLimit,
+    JointVelocityLimit,
+    PositionTask,
+    Scenario,
+    Stack,
+    VelocityRatio,
+    planar_arm,
+)
+
+force = ForceRatio("tip", direction=(0.0, 1.0), axes="xy")  # along y, α
+velocity = VelocityRatio("tip", direction=(1.0, 0.0), axes="xy")  # along x, β
+
+scenario = Scenario(
+    robot=planar_arm([0.5, 0.5, 0.3], lower=[-3.2, -2.6, -1.6], upper=[3.2, 2.6, 1.6], velocity=2.0),
+    q0=[1.9, -1.7, -0.9],
+    stack=Stack(
+        levels=[
+            [PositionTask("tip", gain=50.0, axes="xy")],
+            [GradientTask(-0.2 * force - velocity, gain=8.0)],
+        ],
+        limits=[JointPositionLimit(), JointVelocityLimit()],
+    ),
+    duration=4.0,
+    dt=1e-3,
+)
