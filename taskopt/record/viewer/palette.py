@@ -26,8 +26,8 @@ UPPER, LOWER, VIOLATED, FREE = 0xD24B4BFF, 0x3D8BD9FF, 0xE0A020FF, 0x2C313AFF
 TARGET, ERROR = 0xF4F4F4FF, 0xFF3030FF
 """Desired paths and regions in the scene, and the error between desired and actual position."""
 
-ELLIPSOID, OBSTACLE = 0xF0C43C50, 0x8C7BA6B0
-"""Velocity ellipsoids and obstacles in the scene."""
+ELLIPSOID, FORCE_ELLIPSOID, OBSTACLE = 0xF0C43C50, 0x6FC2B0B0, 0x8C7BA6B0
+"""Ellipsoids of velocity and of force, and obstacles, in the scene."""
 
 NEAR, ACTIVE_LABEL = 0xE8E3D0FF, 0xFFC0C0FF
 """Lines between nearest points whose limit is not active; the number beside a line whose limit is."""

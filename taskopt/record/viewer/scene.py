@@ -7,13 +7,13 @@ from taskopt.arrays import Array, IntArray
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import arrange
+from taskopt.record.viewer.ellipsoids import Ellipsoids
 from taskopt.record.viewer.obstacles import draw_obstacles, obstacle_corners
 from taskopt.record.viewer.palette import ERROR, TARGET, colours, resolver_colour
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions
 from taskopt.record.viewer.robot3d import RobotDrawing
 from taskopt.record.viewer.rows import rows_in_unit
-from taskopt.record.viewer.velocity_ellipsoid import VelocityEllipsoid
 from taskopt.record.viewer.writer import RecordingWriter
 
 _MOTION_PERIOD = 0.01  # [s] between two poses of the robot
@@ -47,7 +47,7 @@ class Scene:
         self._regions = Regions(info, self.arrangement)
         frame = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         size = self.arrangement.size
-        self._ellipsoid = None if frame is None else VelocityEllipsoid(info, frame, size)
+        self._ellipsoids = None if frame is None else Ellipsoids(info, frame, size)
 
     def draw(self, writer: RecordingWriter) -> None:
         """Send everything that stands still: shapes, obstacles, desired paths, names and colours.
@@ -67,8 +67,8 @@ class Scene:
             draw_obstacles(writer, world_path(name, "obstacle"), self._obstacles, self.arrangement)
             self._draw_paths(writer, name, colour)
             self._regions.draw(writer, name)
-            if self._ellipsoid is not None:
-                self._ellipsoid.draw(writer, world_path(name, "ellipsoid"))
+            if self._ellipsoids is not None:
+                self._ellipsoids.draw(writer, world_path(name, "ellipsoid"))
             if several:
                 self._draw_label(writer, name, colour)
 
@@ -88,8 +88,8 @@ class Scene:
         self._regions.send(writer, batch, ticks)
         for task in batch.frame_tasks:
             self._send_paths(writer, batch, task, ticks)
-        if self._ellipsoid is not None:
-            self._ellipsoid.send(writer, world_path(batch.resolver, "ellipsoid"), batch, ticks)
+        if self._ellipsoids is not None:
+            self._ellipsoids.send(writer, world_path(batch.resolver, "ellipsoid"), batch, ticks)
 
     def _draw_label(self, writer: RecordingWriter, resolver: str, colour: int) -> None:
         """Write the resolver's name behind a flat robot, and above any other."""

@@ -97,7 +97,9 @@ _HEADINGS = (
 _GUIDE = """### How to read it
 - White: the desired path and pose, and the box or cone that a task keeps a frame in. Coloured: the path of \
 the frame. Red: the error between them.
-- Yellow ellipsoid: the velocities that the frame can reach with ‖v‖ ≤ 1; it is flat near a singularity.
+- Yellow ellipsoid: the velocities that the frame can reach with ‖v‖ ≤ 1; it is flat near a singularity. \
+Green wire frame: the forces that torques of norm 1 balance, long where the yellow one is short. Select one \
+to read its axes.
 - q and v are scaled so that their limits are at ±1. In the active-set timeline a row is red while the upper \
 limit is active, blue while the lower one is, and yellow where an answer that knows no limits is beyond it.
 - Multiplier (price): what the limit costs the first level that it holds back; > 0 at an upper limit.

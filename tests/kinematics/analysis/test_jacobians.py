@@ -16,7 +16,7 @@ from taskopt.kinematics.analysis.jacobians import (
 from taskopt.kinematics.orientation import RPY, ZYZ, unskew
 from taskopt.kinematics.robot.arms import ARMS
 
-POINTS = 10_000
+COUNTS = pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.slow)])
 STEP = 1e-6  # [rad, m] of central differences
 FRAMES = dict.fromkeys(ARMS, "tip") | {
     "panda": "panda_hand",
@@ -69,9 +69,9 @@ def columns(of: Robot, q: np.ndarray) -> np.ndarray:
 @pytest.mark.figure("3.2")
 @pytest.mark.parametrize("name", CHAINS)
 def test_columns_are_those_of_the_text(name: str) -> None:
-    """Prismatic: (z, 0). Revolute: (z × (p_e − p), z). At 300 random postures and at the folded one."""
+    """Prismatic: (z, 0). Revolute: (z × (p_e − p), z). At 60 random postures and at the folded one."""
     of, rng = robot(name), np.random.default_rng(1)
-    for q in [np.zeros(of.nq), *rng.uniform(-3.0, 3.0, size=(300, of.nq))]:
+    for q in [np.zeros(of.nq), *rng.uniform(-3.0, 3.0, size=(60, of.nq))]:
         at = Configuration(of, q)
         np.testing.assert_allclose(geometric_jacobian(at, "tip"), columns(of, q), atol=1e-12)
         np.testing.assert_allclose(at.pose("tip"), dh_frames(of, q)[-1], atol=1e-12)
@@ -95,13 +95,14 @@ def test_velocities_of_links_add_up_from_the_base(name: str) -> None:
             np.testing.assert_allclose(velocity, np.concatenate([p_dot, omega]), atol=1e-12)
 
 
+@COUNTS
 @pytest.mark.equation("3.35", "3.36")
-def test_the_three_link_planar_arm() -> None:
+def test_the_three_link_planar_arm(count: int) -> None:
     """(3.35) at 10⁴ random points; without the orientation, its first two rows (3.36)."""
     a1, a2, a3 = 0.5, 0.3, 0.2
     of, rng = planar_arm((a1, a2, a3)), np.random.default_rng(3)
     at = Configuration(of, np.zeros(3))
-    for q in rng.uniform(-np.pi, np.pi, size=(POINTS, 3)):
+    for q in rng.uniform(-np.pi, np.pi, size=(count, 3)):
         s1, s12, s123 = np.sin(np.cumsum(q))
         c1, c12, c123 = np.cos(np.cumsum(q))
         text = np.zeros((6, 3))
@@ -112,13 +113,14 @@ def test_the_three_link_planar_arm() -> None:
         assert np.abs(geometric_jacobian(at, "tip") - text).max() < 1e-12
 
 
+@COUNTS
 @pytest.mark.equation("3.37", "3.38")
-def test_the_anthropomorphic_arm() -> None:
+def test_the_anthropomorphic_arm(count: int) -> None:
     """(3.37) and its upper block (3.38) at 10⁴ random points; s₁ ω_y = −c₁ ω_x whatever the motion."""
     a2, a3 = 0.5, 0.5
     of, rng = robot("anthropomorphic"), np.random.default_rng(4)
     at = Configuration(of, np.zeros(3))
-    for q in rng.uniform(-np.pi, np.pi, size=(POINTS, 3)):
+    for q in rng.uniform(-np.pi, np.pi, size=(count, 3)):
         s1, c1, s2, c2 = np.sin(q[0]), np.cos(q[0]), np.sin(q[1]), np.cos(q[1])
         s23, c23 = np.sin(q[1] + q[2]), np.cos(q[1] + q[2])
         reach = a2 * c2 + a3 * c23
@@ -138,13 +140,14 @@ def test_the_anthropomorphic_arm() -> None:
         assert np.abs(s1 * J[4] + c1 * J[3]).max() < 1e-12
 
 
+@COUNTS
 @pytest.mark.equation("3.40", "3.41")
-def test_the_two_link_planar_arm() -> None:
+def test_the_two_link_planar_arm(count: int) -> None:
     """(3.40) and its determinant a₁ a₂ s₂ (3.41) at 10⁴ random points."""
     a1, a2 = 0.7, 0.4
     of, rng = planar_arm((a1, a2)), np.random.default_rng(5)
     at = Configuration(of, np.zeros(2))
-    for q in rng.uniform(-np.pi, np.pi, size=(POINTS, 2)):
+    for q in rng.uniform(-np.pi, np.pi, size=(count, 2)):
         (s1, s12), (c1, c12) = np.sin(np.cumsum(q)), np.cos(np.cumsum(q))
         text = [[-a1 * s1 - a2 * s12, -a2 * s12], [a1 * c1 + a2 * c12, a2 * c12]]
         at.update(q)
@@ -154,10 +157,10 @@ def test_the_two_link_planar_arm() -> None:
 
 
 def test_the_stanford_manipulator() -> None:
-    """Points and axes of Sect. 3.2.3, as printed, at 1,000 random points."""
+    """Points and axes of Sect. 3.2.3, as printed, at 300 random points."""
     d2, d6 = 0.2, 0.1
     of, rng = robot("stanford"), np.random.default_rng(6)
-    for q in rng.uniform(-np.pi, np.pi, size=(POINTS // 10, 6)):
+    for q in rng.uniform(-np.pi, np.pi, size=(300, 6)):
         (s1, s2, _, s4, s5, _), (c1, c2, _, c4, c5, _), d3 = np.sin(q), np.cos(q), q[2]
         wrist = np.array([c1 * s2 * d3 - s1 * d2, s1 * s2 * d3 + c1 * d2, c2 * d3])
         z1 = np.array([-s1, c1, 0.0])

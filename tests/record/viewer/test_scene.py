@@ -11,10 +11,10 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.robot import Robot
 from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.ellipsoids import quaternion as quaternion_of
 from taskopt.record.viewer.robot3d import RobotDrawing
 from taskopt.record.viewer.robot3d import triangles as triangles_of
 from taskopt.record.viewer.scene import desired_paths
-from taskopt.record.viewer.velocity_ellipsoid import quaternion as quaternion_of
 from tests.helpers.rrd import entities, rows_of
 
 WORLD = "/world/active-set"
@@ -44,17 +44,29 @@ def test_the_axes_of_an_ellipsoid_survive_as_a_quaternion(omega, mirrored):
     np.testing.assert_allclose(Q @ shape @ Q.T, axes @ shape @ axes.T, atol=1e-9)
 
 
-def test_the_ellipsoid_is_the_velocity_ellipsoid(folder, steps, info):
-    """Half-axes are proportional to the singular values of the positional Jacobian, centred on the frame."""
-    rows = rows_of(folder / "run.rrd", f"{WORLD}/ellipsoid")
-    scales = []
-    for tick, half, centre in zip(rows["tick"], rows["half_sizes"], rows["centers"], strict=True):
-        at = Configuration(info.scenario.robot, steps["active-set"][tick].q)
-        sigma = np.linalg.svd(at.jacobian("tip")[:3], compute_uv=False)
-        scales.append(half[0][0] / sigma[0])
-        assert half[0][1] == pytest.approx(scales[0] * sigma[1], rel=1e-5)
-        np.testing.assert_allclose(centre[0], at.pose("tip")[:3, 3], atol=1e-6)
-    np.testing.assert_allclose(scales, scales[0], rtol=1e-5)
+@pytest.mark.equation("3.123", "3.126")
+def test_the_ellipsoids_are_those_of_velocity_and_force(folder, steps, info):
+    """Semi-axes are proportional to σ and 1/σ of the positional Jacobian, centred on the frame, along U.
+
+    The numbers that a selection shows are the semi-axes themselves, their directions, and w.
+    """
+    for name, power in (("velocity", 1.0), ("force", -1.0)):
+        rows = rows_of(folder / "run.rrd", f"{WORLD}/ellipsoid/{name}")
+        shown = next(rows[key] for key in rows if key.startswith("semi_axes"))
+        assert len(rows["tick"]) > 5
+        scales = []
+        for k, tick in enumerate(rows["tick"]):
+            at = Configuration(info.scenario.robot, steps["active-set"][tick].q)
+            J = at.jacobian("tip")[:3]
+            sigma = np.linalg.svd(J, compute_uv=False)[:2]  # the planar arm cannot move along z
+            scales.append(rows["half_sizes"][k][0][0] / sigma[0] ** power)
+            np.testing.assert_allclose(np.array(shown[k])[:2], sigma**power, rtol=1e-9)
+            axes = np.reshape(rows["axes"][k], (3, 3)).T[:, :2]
+            np.testing.assert_allclose(axes @ np.diag(sigma**2) @ axes.T, J @ J.T, atol=1e-9)
+            np.testing.assert_allclose(rows["centers"][k][0], at.pose("tip")[:3, 3], atol=1e-6)
+        if name == "velocity":
+            np.testing.assert_allclose(scales, scales[0], rtol=1e-5)
+            np.testing.assert_allclose(np.ravel(rows["manipulability"]), 0.0, atol=1e-12)
 
 
 def test_links_are_drawn_where_the_kinematics_puts_them(folder, steps, info):

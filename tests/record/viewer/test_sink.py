@@ -133,7 +133,8 @@ def test_batches_of_any_size_make_the_same_recording(info, steps, tmp_path):
         data_path("active-set", "q"),
         data_path("active-set", "multiplier"),
         "/world/active-set/task/tip\\ position/actual",
-        "/world/active-set/ellipsoid",
+        "/world/active-set/ellipsoid/force",
+        "/world/active-set/ellipsoid/velocity",
         data_path("active-set", "active", "joint1"),
     ):
         one, other = (rows_of(file, path) for file in files)
