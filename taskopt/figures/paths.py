@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path as File
 
 import numpy as np
 
@@ -37,7 +38,6 @@ class Path:
         return np.linalg.norm(self.error[:, :2], axis=1)
 
 
-@cache
 def follow(name: str, resolver: str, velocity: float | None = None) -> Path:
     """Run a scenario of the folder `tasks` and keep what figures show.
 
@@ -53,7 +53,13 @@ def follow(name: str, resolver: str, velocity: float | None = None) -> Path:
     Raises:
         MissingFile: There is no such scenario in the working directory.
     """
-    scenario = load_scenario(FOLDER / f"{name}.py")
+    return _follow((FOLDER / f"{name}.py").resolve(), resolver, velocity)
+
+
+@cache
+def _follow(file: File, resolver: str, velocity: float | None) -> Path:
+    """Run a scenario file; figures that share a run have it run once."""
+    scenario = load_scenario(file)
     if velocity is not None:
         scenario = _limited(scenario, velocity)
     steps = [
