@@ -269,7 +269,7 @@ def strictness(
 def figures(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NUMBER]", help="Numbers of figures, such as 3.16; all if none is named."),
+        typer.Argument(metavar="NUMBER", help="Numbers of figures, such as 3.16; all if none is named."),
     ] = None,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Write fig_3_16.png and so on there.")] = Path(
         "docs/figures"

@@ -33,6 +33,7 @@ def outcome(scenario, name):
     return least, error, Configuration(scenario.robot, step.q_next).pose("tip")[:2, 3]
 
 
+@pytest.mark.problem("3.21")
 def test_the_scenario_is_the_problem():
     """Lengths, start of the line, duration and period are those of the text."""
     arm = SCENARIO.robot
@@ -42,6 +43,7 @@ def test_the_scenario_is_the_problem():
     assert circle_clearance(LENGTHS, SCENARIO.start, CENTRE, RADIUS).min() > 0.0
 
 
+@pytest.mark.problem("3.21")
 @pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "elbow"), [(30, 1), (30, -1), (20, 1), (-25, -1)])
 def test_with_the_limit_every_link_stays_clear_and_the_tip_tracks(degrees, elbow):

@@ -60,6 +60,7 @@ class Faulty:
         return ActiveSet().closed_form(hierarchy)
 
 
+@pytest.mark.equation("3.48")
 def test_each_step_is_one_euler_step_on_the_manifold() -> None:
     """q_{k+1} = q_k ⊕ v_k Δt (3.48), and v_k resolves the hierarchy of (q_k, t_k)."""
     made = scenario()

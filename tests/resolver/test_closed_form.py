@@ -33,6 +33,7 @@ from tests.helpers.spectrum import jacobian, with_singular_values
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.equation("3.51", "3.52")
 @given(SEEDS)
 def test_the_pseudo_inverse_is_the_formula_of_the_chapter(seed: int) -> None:
     """Jᵀ (J Jᵀ)⁻¹ (3.52), where J has full rank."""
@@ -50,6 +51,7 @@ def test_the_pseudo_inverse_keeps_its_four_properties_where_rank_is_lost(seed: i
         np.testing.assert_allclose(product, expected, atol=1e-10)
 
 
+@pytest.mark.equation("3.49", "3.50")
 @example(1002898)  # the worst conditioned W of several thousand draws
 @given(SEEDS)
 def test_the_weighted_pseudo_inverse_is_the_formula_of_the_chapter(seed: int) -> None:
@@ -72,6 +74,7 @@ def test_the_weighted_pseudo_inverse_is_the_formula_of_the_chapter(seed: int) ->
         assert np.abs(pseudo_inverse(J) - expected).max() > 10.0 * tolerance
 
 
+@pytest.mark.equation("3.46")
 @given(SEEDS)
 def test_internal_motion_does_not_move_the_hand(seed: int) -> None:
     """J q̇ = v whatever q̇₀ (3.54), with J P = 0 to rounding however near a singularity."""
@@ -82,6 +85,7 @@ def test_internal_motion_does_not_move_the_hand(seed: int) -> None:
     np.testing.assert_allclose(J @ null_space_motion(J, v, rng.normal(size=7)), v, atol=1e-9)
 
 
+@pytest.mark.equation("3.47")
 @given(SEEDS, st.floats(1e-6, 1.0))
 def test_the_square_inverse_is_the_only_motion_there_is(seed: int, smallest: float) -> None:
     """q̇ = J⁻¹ v (3.47): J q̇ = v to rounding, and the pseudo-inverse and the QP say the same."""
@@ -115,6 +119,7 @@ def test_any_motion_of_the_null_space_is_an_internal_motion(seed: int) -> None:
     np.testing.assert_allclose(HierarchicalQP("daqp")(level)[0].x, x, atol=1e-12)
 
 
+@pytest.mark.equation("3.53", "3.54", "3.55")
 @given(SEEDS)
 def test_the_gradient_is_climbed_with_what_the_task_leaves(seed: int) -> None:
     """(3.55): wᵀ q̇ grows by k₀ ‖P ∇w‖², whatever the task; the hierarchy with k₀ ∇w below says the same."""
@@ -166,6 +171,7 @@ def test_where_nothing_is_an_inequality_the_recursion_is_the_exact_optimum() -> 
         np.testing.assert_allclose(task_priority(equal), lexicographic_optimum(equal), atol=1e-10)
 
 
+@pytest.mark.equation("3.59")
 @given(SEEDS)
 def test_the_damped_inverse_minimises_its_cost(seed: int) -> None:
     """(3.59) is the least-squares solution of [J; k I] q̇ = [v; 0]."""

@@ -8,6 +8,7 @@ from taskopt.resolver.transpose import is_stuck, largest_gain
 from taskopt.testing import check_resolver
 
 
+@pytest.mark.figure("3.12")
 @pytest.mark.equation("3.76")
 def test_it_is_the_transpose_times_the_right_side() -> None:
     """x = Aᵀ diag(w) b, and W⁻¹ times that in another norm."""

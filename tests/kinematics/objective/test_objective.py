@@ -46,6 +46,7 @@ def test_the_gradient_of_manipulability_is_its_derivative(name, axes):
         assert_gradient(Manipulability(FRAMES[name], axes), random_configuration(name, seed))
 
 
+@pytest.mark.equation("3.56")
 @pytest.mark.parametrize("name", FRAMES)
 def test_manipulability_is_the_root_of_the_determinant(name):
     """w = √det(J Jᵀ) (3.56), by NumPy's determinant."""
@@ -116,6 +117,7 @@ def test_the_gradient_of_joint_range_is_its_derivative(name):
         assert (JointRange().gradient(at)[at.robot.position_index < 0] == 0.0).all()
 
 
+@pytest.mark.equation("3.57")
 def test_joint_range_is_the_formula_of_the_text():
     """The limits of Sect. 3.7.5, the wide range of the first joint included in n = 3."""
     lower = np.array([-2 * np.pi, -np.pi / 2, -3 * np.pi / 2])

@@ -125,6 +125,7 @@ def test_the_free_angle_at_a_singularity_is_the_one_before(angles: EulerAngles) 
     np.testing.assert_allclose(angles.rotation(found), R, atol=1e-15)
 
 
+@pytest.mark.figure("3.8", "3.9")
 @COUNTS
 @pytest.mark.equation("3.64")
 @pytest.mark.problem("3.12")

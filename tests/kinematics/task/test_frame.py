@@ -76,6 +76,7 @@ def test_the_own_pose_rows_are_those_of_pinocchio():
     np.testing.assert_array_equal(rows.lower, rows.upper)
 
 
+@pytest.mark.equation("3.78", "3.79")
 def test_a_world_position_task_is_the_geometric_jacobian_of_the_chapter():
     """PositionTask: A = J_P of (3.5), e = p_d − p, b = ṗ_d + K e (3.70)."""
     of = robot("panda")

@@ -147,6 +147,7 @@ def test_the_frame_turns_by_the_shortest_way(kind: str) -> None:
         assert (np.diff(angles) < 1e-9).all()
 
 
+@pytest.mark.figure("3.11")
 @pytest.mark.equation("3.71", "3.93")
 @pytest.mark.parametrize(
     ("kind", "law"),
