@@ -152,7 +152,9 @@ def view(
             metavar="SECONDS", help="Time in the run that the picture shows; by default the middle."
         ),
     ] = None,
-    logs: Logs = Path("logs"),
+    logs: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Folder in which the newest recording is looked for.")
+    ] = Path("logs"),
 ) -> None:
     """Open a recording in the Rerun viewer."""
     from taskopt.record.reading import find_recording

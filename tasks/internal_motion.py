@@ -28,6 +28,7 @@ scenario = Scenario(
     robot=Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2")),
     q0=[0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.8],
     stack=Stack(levels=[[hand], [elbow]], limits=[JointPositionLimit(), JointVelocityLimit()]),
+    trails=["panda_link4"],  # the elbow
     duration=8.0,
     dt=1e-3,
 )

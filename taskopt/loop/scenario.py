@@ -1,6 +1,7 @@
 """A scenario: robot, start, stack, duration and period of a run; and how scenario files are loaded."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib.util import module_from_spec, spec_from_file_location
@@ -28,6 +29,7 @@ class Scenario:
         dt: Period, the time between two ticks [s].
         on_conflict: What to do at a tick whose hard limits contradict each other: "raise" `Infeasible`,
             "relax" them by the least that lets them agree, or "brake" to standstill.
+        trails: Frames whose paths a recording shows besides those that tasks move, such as an elbow.
         name: Name of the run and of its log folder; a scenario file gives its own name.
         description: A few sentences for the viewer; a scenario file gives its docstring.
 
@@ -43,6 +45,7 @@ class Scenario:
     duration: float
     dt: float = 1e-3
     on_conflict: ConflictPolicy = "raise"
+    trails: Sequence[str] = ()
     name: str = ""
     description: str = ""
 
@@ -56,6 +59,10 @@ class Scenario:
         outside = self.robot.outside(self.start)
         if outside:
             raise InvalidValue(f"the start is outside the limits: {'; '.join(outside)}; move q0 inside")
+        if isinstance(self.trails, str):
+            raise InvalidValue(f"trails must be a list of frames; write [{self.trails!r}]")
+        for frame in self.trails:
+            self.robot.frame_id(frame)
         self.stack.compile(self.robot, self.dt)  # unknown names and wrong sizes are errors of the declaration
 
     @property

@@ -73,7 +73,7 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
 
 
 def _scene(info: RunInfo, arrangement: Arrangement) -> View:
-    """Lay out the 3D view; actual paths are shown from the start of the run up to the cursor."""
+    """Lay out the 3D view; actual paths and trails are shown from the start of the run up to the cursor."""
     past = rrb.VisibleTimeRanges(
         timeline=TIME,
         start=rrb.TimeRangeBoundary.infinite(),
@@ -85,6 +85,7 @@ def _scene(info: RunInfo, arrangement: Arrangement) -> View:
         for task in info.plan.tasks
         if task.frame is not None and rows_in_unit(task, "m").any()
     ]
+    paths += [world_path(name, "trail", frame) for name in info.resolvers for frame in info.scenario.trails]
     camera = arrangement.camera(len(info.resolvers))
     return rrb.Spatial3DView(
         name="Robot" if len(info.resolvers) == 1 else "Robots, one a resolver",

@@ -23,8 +23,8 @@ LIMIT_LINE = 0x9A9A9AFF
 UPPER, LOWER, VIOLATED, FREE = 0xD24B4BFF, 0x3D8BD9FF, 0xE0A020FF, 0x2C313AFF
 """State of a limit, in the active-set timeline and on the lines between nearest points."""
 
-TARGET, ERROR = 0xF4F4F4FF, 0xFF3030FF
-"""Desired paths and regions in the scene, and the error between desired and actual position."""
+TARGET, ERROR, TRAIL = 0xF4F4F4FF, 0xFF3030FF, 0xB39DDBFF
+"""In the scene: desired paths and regions, the error between desired and actual position, trails."""
 
 ELLIPSOID, FORCE_ELLIPSOID, OBSTACLE = 0xF0C43C50, 0x6FC2B0B0, 0x8C7BA6B0
 """Ellipsoids of velocity and of force, and obstacles, in the scene."""

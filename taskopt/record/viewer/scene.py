@@ -14,6 +14,7 @@ from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions
 from taskopt.record.viewer.robot3d import RobotDrawing
 from taskopt.record.viewer.rows import rows_in_unit
+from taskopt.record.viewer.trails import Trails
 from taskopt.record.viewer.writer import RecordingWriter
 
 _MOTION_PERIOD = 0.01  # [s] between two poses of the robot
@@ -45,6 +46,7 @@ class Scene:
         around = [obstacle_corners(shape) for shape in self._obstacles.values()]
         self.arrangement = arrange(reached, len(info.resolvers), around)
         self._regions = Regions(info, self.arrangement)
+        self._trails = Trails(info)
         frame = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         size = self.arrangement.size
         self._ellipsoids = None if frame is None else Ellipsoids(info, frame, size)
@@ -67,6 +69,7 @@ class Scene:
             draw_obstacles(writer, world_path(name, "obstacle"), self._obstacles, self.arrangement)
             self._draw_paths(writer, name, colour)
             self._regions.draw(writer, name)
+            self._trails.draw(writer, name)
             if self._ellipsoids is not None:
                 self._ellipsoids.draw(writer, world_path(name, "ellipsoid"))
             if several:
@@ -86,6 +89,7 @@ class Scene:
         if not len(ticks):
             return
         self._regions.send(writer, batch, ticks)
+        self._trails.send(writer, batch, ticks)
         for task in batch.frame_tasks:
             self._send_paths(writer, batch, task, ticks)
         if self._ellipsoids is not None:

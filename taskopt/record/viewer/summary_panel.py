@@ -96,7 +96,7 @@ _HEADINGS = (
 )  # fmt: skip
 _GUIDE = """### How to read it
 - White: the desired path and pose, and the box or cone that a task keeps a frame in. Coloured: the path of \
-the frame. Red: the error between them.
+the frame. Red: the error between them. Violet: trails that the scenario asks for.
 - Yellow ellipsoid: the velocities that the frame can reach with ‖v‖ ≤ 1; it is flat near a singularity. \
 Green wire frame: the forces that torques of norm 1 balance, long where the yellow one is short. Select one \
 to read its axes.

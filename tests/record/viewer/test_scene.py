@@ -1,5 +1,6 @@
 """The 3D scene: robots where their kinematics says, apart from each other, paths and ellipsoids exact."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,14 +8,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from taskopt import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.robot import Robot
+from taskopt.loop.run import run
+from taskopt.record.log import Log
+from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import Arrangement
 from taskopt.record.viewer.ellipsoids import quaternion as quaternion_of
 from taskopt.record.viewer.robot3d import RobotDrawing
 from taskopt.record.viewer.robot3d import triangles as triangles_of
 from taskopt.record.viewer.scene import desired_paths
+from taskopt.resolver.registry import resolver
 from tests.helpers.rrd import entities, rows_of
 
 WORLD = "/world/active-set"
@@ -67,6 +73,33 @@ def test_the_ellipsoids_are_those_of_velocity_and_force(folder, steps, info):
         if name == "velocity":
             np.testing.assert_allclose(scales, scales[0], rtol=1e-5)
             np.testing.assert_allclose(np.ravel(rows["manipulability"]), 0.0, atol=1e-12)
+
+
+@pytest.mark.figure("3.7")
+def test_the_trail_of_an_elbow_is_its_path(info, tmp_path):
+    """Segments join the places of the frame at the ticks that are drawn, end to end."""
+    scenario = replace(info.scenario, trails=["joint3"])
+    made = RunInfo(scenario, ("active-set",))
+    taken = []
+    with Log(made, tmp_path) as log:
+        for step in run(scenario, resolver("active-set")):
+            taken.append(step.q.copy())
+            log.write(step)
+    rows = rows_of(tmp_path / "run.rrd", f"{WORLD}/trail/joint3")
+    strips = np.array([strip[0] for strip in rows["strips"]])
+    assert len(strips) > 5
+    np.testing.assert_allclose(strips[1:, 0], strips[:-1, 1], atol=1e-6)
+    for tick, strip in zip(rows["tick"], strips, strict=True):
+        elbow = Configuration(scenario.robot, taken[tick]).pose("joint3")[:3, 3]
+        np.testing.assert_allclose(strip[1], elbow, atol=1e-6)
+
+
+def test_trails_are_frames_of_the_robot(info):
+    """A name that is none, and a name in place of a list."""
+    with pytest.raises(UnknownName, match="elbow"):
+        replace(info.scenario, trails=["elbow"])
+    with pytest.raises(InvalidValue, match=r"write \['joint3'\]"):
+        replace(info.scenario, trails="joint3")
 
 
 def test_links_are_drawn_where_the_kinematics_puts_them(folder, steps, info):
