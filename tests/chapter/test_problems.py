@@ -32,6 +32,7 @@ from taskopt.kinematics.pose import exp3
 from taskopt.resolver import closed_form
 
 POINTS = 300
+COUNTS = pytest.mark.parametrize("count", [POINTS, pytest.param(10_000, marks=pytest.mark.slow)])
 
 
 def rotations(count: int, seed: int) -> np.ndarray:
@@ -179,22 +180,24 @@ def test_problem_3_15() -> None:
     assert largest == sorted(largest, reverse=True)
 
 
+@COUNTS
 @pytest.mark.problem("3.16")
 @pytest.mark.equation("3.83", "3.85")
-def test_problem_3_16() -> None:
+def test_problem_3_16(count: int) -> None:
     """½ (n_e × n_d + s_e × s_d + a_e × a_d) is r sin ϑ, the off-diagonal terms of R_d R_eᵀ."""
-    pairs = rotations(POINTS, 5)
+    pairs = rotations(count, 5)
     for R_e, R_d in zip(pairs, pairs[::-1], strict=True):
         left = R_d @ R_e.T
         off = 0.5 * np.array([left[2, 1] - left[1, 2], left[0, 2] - left[2, 0], left[1, 0] - left[0, 1]])
         np.testing.assert_allclose(angle_axis_error(R_e, R_d), off, atol=1e-14)
 
 
+@COUNTS
 @pytest.mark.problem("3.17")
 @pytest.mark.equation("3.86", "3.87")
-def test_problem_3_17() -> None:
+def test_problem_3_17(count: int) -> None:
     """ė_O = Lᵀ ω_d − L ω_e with ė from the derivative of each product, ṅ = ω × n."""
-    pairs, rng = rotations(POINTS, 6), np.random.default_rng(6)
+    pairs, rng = rotations(count, 6), np.random.default_rng(6)
     for R_e, R_d in zip(pairs, pairs[::-1], strict=True):
         w_e, w_d = rng.normal(size=(2, 3))
         rate = 0.5 * sum(
@@ -205,12 +208,13 @@ def test_problem_3_17() -> None:
         np.testing.assert_allclose(L.T @ w_d - L @ w_e, rate, atol=1e-13)
 
 
+@COUNTS
 @pytest.mark.problem("3.18", "3.19")
 @pytest.mark.equation("3.94", "3.95")
-def test_problems_3_18_and_3_19() -> None:
+def test_problems_3_18_and_3_19(count: int) -> None:
     """ω = 2 S(ε) ε̇ + 2 η ε̇ − 2 η̇ ε, and (3.94), (3.95): each the inverse of the other, and of Ṙ = S(ω) R."""
     rng = np.random.default_rng(7)
-    for R in rotations(POINTS, 7):
+    for R in rotations(count, 7):
         Q, omega = quaternion(R), rng.normal(size=3)
         rate = quaternion_rate(Q, omega)
         assert Q @ rate == pytest.approx(0.0, abs=1e-15)  # ‖Q‖ stays 1
@@ -225,11 +229,12 @@ def test_problems_3_18_and_3_19() -> None:
         np.testing.assert_allclose(R_dot, skew(omega) @ rotation_of(Q), atol=1e-13)
 
 
+@COUNTS
 @pytest.mark.problem("3.20")
 @pytest.mark.equation("3.96", "3.97")
-def test_problem_3_20() -> None:
+def test_problem_3_20(count: int) -> None:
     """V̇ = −e_Oᵀ K_O e_O for (3.96) along (3.93), with both rates by quaternion propagation."""
-    pairs, rng = rotations(POINTS, 8), np.random.default_rng(8)
+    pairs, rng = rotations(count, 8), np.random.default_rng(8)
     for R_e, R_d in zip(pairs, pairs[::-1], strict=True):
         Q_e, Q_d = quaternion(R_e), quaternion(R_d)
         Q_d = Q_d if Q_d @ Q_e >= 0.0 else -Q_d

@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from taskopt import Configuration, InvalidValue, Robot, UnknownName, planar_arm, scara
@@ -223,6 +224,58 @@ def test_velocities_of_any_point_in_any_frame(name: str) -> None:
         R = at.pose(other)[:3, :3]
         turned = geometric_jacobian(at, frame, point, expressed_in=other) @ v
         np.testing.assert_allclose(turned, [*(R.T @ p_dot), *(R.T @ omega)], atol=tolerance)
+
+
+@pytest.mark.equation("3.15", "3.16", "3.18", "3.20", "3.22", "3.23", "3.25", "3.26")
+@pytest.mark.parametrize("name", ["panda", "tiago", "talos_reduced"])
+def test_velocities_of_a_tree_add_up_from_the_base(name: str) -> None:
+    """The recursion along the tree gives what Pinocchio's velocities and the Jacobian of each joint give.
+
+    Poses and axes of the joints are Pinocchio's. A base that floats starts the recursion with its velocity,
+    which is given along its own axes.
+    """
+    of, rng = robot(name), np.random.default_rng(12)
+    model, data = of.model, of.model.createData()
+    for _ in range(10):
+        q, v = random_q(of, rng), rng.normal(size=of.nv)
+        pin.forwardKinematics(model, data, q, v)
+        at, p_dot, omega = Configuration(of, q), [np.zeros(3)], [np.zeros(3)]
+        for i in range(1, model.njoints):
+            parent, joint, place = model.parents[i], model.joints[i], data.oMi[i]
+            R, local = (
+                place.rotation,
+                data.joints[i].S.reshape(6, -1) @ v[joint.idx_v : joint.idx_v + joint.nv],
+            )
+            r = place.translation - data.oMi[parent].translation
+            omega.append(omega[parent] + R @ local[3:])
+            p_dot.append(p_dot[parent] + np.cross(omega[parent], r) + R @ local[:3])
+            recursion, twist = (
+                np.concatenate([p_dot[i], omega[i]]),
+                pin.getVelocity(model, data, i, pin.LOCAL_WORLD_ALIGNED).vector,
+            )
+            np.testing.assert_allclose(recursion, twist, atol=1e-12)
+            np.testing.assert_allclose(geometric_jacobian(at, model.names[i]) @ v, twist, atol=1e-12)
+
+
+@pytest.mark.equation("3.34")
+@pytest.mark.parametrize("name", sorted(FRAMES))
+def test_every_frame_carries_points_and_lends_its_axes(name: str) -> None:
+    """For each frame of a robot, J^u against differences of positions and against Pinocchio's own axes.
+
+    Along the axes of the frame itself and at its origin, it is the Jacobian that Pinocchio calls local.
+    """
+    of, rng = robot(name), np.random.default_rng(13)
+    q, v, point = random_q(of, rng), rng.normal(size=of.nv), rng.normal(size=3)
+    at, ahead, behind = (Configuration(of, of.integrate(q, v, s * STEP)) for s in (0.0, 1.0, -1.0))
+    data = of.model.createData()
+    pin.computeJointJacobians(of.model, data, q)
+    for frame, other in zip(of.frames, reversed(of.frames), strict=True):
+        own = pin.getFrameJacobian(of.model, data, of.model.getFrameId(frame), pin.LOCAL)
+        np.testing.assert_allclose(geometric_jacobian(at, frame, expressed_in=frame), own, atol=1e-12)
+        p_dot = ((ahead.pose(frame) - behind.pose(frame)) @ [*point, 1.0])[:3] / (2.0 * STEP)
+        along = geometric_jacobian(at, frame, point, expressed_in=other)[:3] @ v
+        tolerance = 1e-8 * max(1.0, float(np.abs(p_dot).max()))
+        np.testing.assert_allclose(along, at.pose(other)[:3, :3].T @ p_dot, atol=tolerance)
 
 
 @pytest.mark.equation("3.98")
