@@ -53,7 +53,9 @@ if TYPE_CHECKING:
     from taskopt.kinematics.analysis.ellipsoid import force_ellipsoid as force_ellipsoid
     from taskopt.kinematics.analysis.ellipsoid import velocity_ellipsoid as velocity_ellipsoid
     from taskopt.kinematics.analysis.jacobians import analytical_jacobian as analytical_jacobian
+    from taskopt.kinematics.analysis.jacobians import analytical_jacobian_rate as analytical_jacobian_rate
     from taskopt.kinematics.analysis.jacobians import geometric_jacobian as geometric_jacobian
+    from taskopt.kinematics.analysis.jacobians import geometric_jacobian_rate as geometric_jacobian_rate
     from taskopt.kinematics.analysis.redundancy import Subspaces as Subspaces
     from taskopt.kinematics.analysis.redundancy import internal_motion as internal_motion
     from taskopt.kinematics.analysis.redundancy import subspaces as subspaces
@@ -183,7 +185,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.hierarchy.status": "Status",
     "taskopt.kinematics.analysis.closed_chain": "loop_jacobian transmission",
     "taskopt.kinematics.analysis.ellipsoid": "Ellipsoid force_ellipsoid velocity_ellipsoid",
-    "taskopt.kinematics.analysis.jacobians": "analytical_jacobian geometric_jacobian",
+    "taskopt.kinematics.analysis.jacobians": (
+        "analytical_jacobian analytical_jacobian_rate geometric_jacobian geometric_jacobian_rate"
+    ),
     "taskopt.kinematics.analysis.redundancy": "internal_motion Subspaces subspaces",
     "taskopt.kinematics.analysis.singularity": (
         "classify_singularity decouple find_singularity Singularity workspace_map"
