@@ -296,8 +296,12 @@ def warmup() -> None:
     For images and robots. Compiled code is kept for later runs of this user. Without this command, each part
     is compiled when it is first needed.
     """
+    from taskopt.jit import COMPILED
     from taskopt.loop.warm_up import warm_up
 
+    if not COMPILED:
+        typer.echo("NUMBA_DISABLE_JIT=1 is set: nothing is compiled, and everything runs as plain Python")
+        return
     warm_up()
     typer.echo("everything is compiled")
 

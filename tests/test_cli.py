@@ -1,6 +1,7 @@
 """The command line: what a user types, what comes back, and what every mistake is answered with."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from time import sleep
 
 import pytest
 
+from taskopt import cli
 from taskopt.cli import main
 from taskopt.errors import MissingFile
 
@@ -269,3 +271,15 @@ def test_a_run_that_is_broken_off_keeps_what_it_has(tmp_path: Path) -> None:
     assert "active-set" in stdout
     (manifest,) = tmp_path.glob("logs/*/*/manifest.json")
     assert json.loads(manifest.read_text())["status"] == "interrupted"
+
+
+def test_warmup_without_compilation_says_so() -> None:
+    """NUMBA_DISABLE_JIT=1 leaves nothing to compile."""
+    done = subprocess.run(
+        [sys.executable, "-c", "from taskopt.cli import app; app(['warmup'])"],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(Path(cli.__file__).parents[1])},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "nothing is compiled, and everything runs as plain Python" in done.stdout

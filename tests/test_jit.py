@@ -308,6 +308,18 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(small: Path) -
     assert run(small) == (ANSWER, "")
 
 
+def test_a_full_disk_leaves_no_half_written_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a file cannot be completed, nothing stays in the folder, and the caller goes on."""
+    store = Store(tmp_path)
+
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("taskopt.jit.store.zlib.crc32", full)
+    store.write("kernel", b"code")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_no_place_to_write_costs_one_line(small: Path) -> None:
     """Without a folder that can be written everything works, and one line names the way out."""
     (small.parent / "file").write_text("")

@@ -12,7 +12,7 @@ class Status(Enum):
     SOLVED = "it claims an optimum; the certificate decides"
     FORMULA = "a closed form that knows no limits; it claims nothing"
     ITERATION_LIMIT = "it stopped before it was done; scale the rows, or ask for less accuracy"
-    INFEASIBLE = "the hard limits contradict each other; relax one of them"
+    INFEASIBLE = "it claims that the hard limits contradict each other; find_conflict says which, if they do"
     RELAXED = "the optimum after hard limits that contradict each other gave way; its notes say by how much"
     BRAKED = "the hard limits contradict each other, and it brakes to standstill; its notes say which"
     FAILED = "it gave up, or its answer is not a number; look at the rows it was given"

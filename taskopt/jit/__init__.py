@@ -51,6 +51,8 @@ from taskopt.jit.progress import Report, Stopwatch
 from taskopt.jit.store import Store, users_folder
 
 F = TypeVar("F", bound=Callable[..., object])
+COMPILED = not vars(config)["DISABLE_JIT"]
+"""False where NUMBA_DISABLE_JIT=1 runs kernels as plain Python."""
 Types = tuple[types.Type, ...] | Signature  # of the arguments of a call
 
 
@@ -109,7 +111,7 @@ def nanoseconds_preparing() -> int:
 
 def _compiled(function: F, *, apart: bool) -> F:
     """Return the kernel of a function, or the function itself where compilation is disabled."""
-    if vars(config)["DISABLE_JIT"]:
+    if not COMPILED:
         return function
     return cast("F", Kernel(function, apart=apart))
 

@@ -18,6 +18,7 @@ KEPT_DAYS = 30.0  # an older file belongs to code that nobody runs any more
 KEPT_BYTES = 500e6  # about ten full sets of kernels
 _TOUCHED_DAYS = 1.0  # how exactly the time of the last use is known
 _DAY = 86400.0
+_WRITING = ".writing-"  # begins the name of a file that is not complete
 
 
 class Store:
@@ -70,10 +71,13 @@ class Store:
         if self.folder is None or not self.writable:
             return
         with suppress(OSError):  # a full disk costs the next process its time, but this one may go on
-            handle, temporary = tempfile.mkstemp(dir=self.folder, prefix=".writing-")
-            with os.fdopen(handle, "wb") as file:
-                file.write(zlib.crc32(data).to_bytes(4, "little") + data)
-            Path(temporary).replace(self.folder / name)
+            handle, temporary = tempfile.mkstemp(dir=self.folder, prefix=_WRITING)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    file.write(zlib.crc32(data).to_bytes(4, "little") + data)
+                Path(temporary).replace(self.folder / name)
+            finally:
+                Path(temporary).unlink(missing_ok=True)
         if not self._cleaned:
             self._cleaned = True
             self.clean()

@@ -115,7 +115,10 @@ def test_the_clock_holds_the_resolver_and_nothing_else() -> None:
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (Faulty(status=Status.INFEASIBLE), ["faulty", "infeasible", "relax one of them"]),
+        (
+            Faulty(status=Status.INFEASIBLE),
+            ["faulty", "it claims that the hard limits contradict"],
+        ),
         (Faulty(status=Status.FAILED), ["failed"]),
         (Faulty(x=np.nan), ["not a number"]),
         (Faulty(x=np.inf), ["not a number"]),

@@ -118,11 +118,11 @@ def _orthogonalise_rows(B, U):
                     pp += B[p, j] * B[p, j]
                     qq += B[q, j] * B[q, j]
                     pq += B[p, j] * B[q, j]
-                if abs(pq) <= JACOBI_ORTHOGONAL * np.sqrt(pp * qq):
+                if abs(pq) <= JACOBI_ORTHOGONAL * np.sqrt(pp) * np.sqrt(qq):
                     continue
-                largest = max(largest, abs(pq) / np.sqrt(pp * qq))
+                largest = max(largest, abs(pq) / (np.sqrt(pp) * np.sqrt(qq)))
                 zeta = (qq - pp) / (2.0 * pq)
-                t = np.copysign(1.0, zeta) / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
+                t = np.copysign(1.0, zeta) / (abs(zeta) + np.hypot(1.0, zeta))  # ζ² could overflow
                 c = 1.0 / np.sqrt(1.0 + t * t)
                 s = c * t
                 for j in range(n):
