@@ -170,9 +170,18 @@ def write_sample(commit: str) -> None:
     np.savez_compressed(SAMPLE, **kept)
 
 
-def everything() -> list[str]:
-    """Return the names of all cases and scenarios."""
-    return [*NAMES, *sorted(path.stem for path in (ROOT / "tasks").glob("[!_]*.py"))]
+def everything(commit: str = BEFORE) -> list[str]:
+    """Return the names of all cases, and of the scenarios that an old commit has, too."""
+    listed = subprocess.run(
+        ["git", "ls-tree", "--name-only", commit, "tasks/"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    before = {Path(line).stem for line in listed.stdout.splitlines() if line.endswith(".py")}
+    here = {path.stem for path in (ROOT / "tasks").glob("[!_]*.py")}
+    return [*NAMES, *sorted(before & here)]
 
 
 def main() -> None:
@@ -181,7 +190,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--against", metavar="COMMIT", default=BEFORE)
-    parser.add_argument("--only", nargs="+", choices=everything(), metavar="NAME")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="cases and scenarios")
     parser.add_argument("--ticks", type=int, default=0, help="of each; else all")
     parser.add_argument("--sample", action="store_true", help=f"write {SAMPLE.name} instead of comparing")
     arguments = parser.parse_args()
@@ -191,7 +200,9 @@ def main() -> None:
     head = f"velocities of this commit at the postures of {arguments.against}\n\n{HEADER}"
     print(head, flush=True)
     lines, accepted = [head], True
-    for recorded in records(arguments.against, arguments.only or everything(), arguments.ticks):
+    for recorded in records(
+        arguments.against, arguments.only or everything(arguments.against), arguments.ticks
+    ):
         outcome = examine_record(*recorded)
         print(outcome, flush=True)
         lines.append(str(outcome))
