@@ -27,6 +27,7 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -133,7 +134,7 @@ def main() -> int:
     arguments = _arguments()
     faults = _chosen(arguments.only, arguments.sample, arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
-        copies = [_copy_of_checkout(Path(folder) / str(job)) for job in range(arguments.jobs)]
+        copies = [copy_of_checkout(Path(folder) / str(job)) for job in range(arguments.jobs)]
         covered = None if arguments.again else _coverage_map(arguments.map, copies[0])
         runners = [Runner(copy) for copy in copies]
         idle: queue.SimpleQueue[Runner] = queue.SimpleQueue()
@@ -175,23 +176,42 @@ def plant(fault: Fault, runner: Runner, covered: CoverageMap | None) -> Verdict:
     Raises:
         ValueError: The text of the fault does not stand in its file exactly once.
     """
-    path = runner.checkout / "taskopt" / fault.file
-    source = path.read_text(encoding="utf-8")
-    if source.count(fault.old) != 1:
-        raise ValueError(
-            f"fault '{fault.name}': its text stands {source.count(fault.old)} times in {fault.file}; once is "
-            "needed, so bring benchmarks/accept/faults.py up to date"
-        )
+    source = (runner.checkout / "taskopt" / fault.file).read_text(encoding="utf-8")
     groups = _recorded(fault) if covered is None else chosen_tests(fault, source, covered)
     if not groups:
         return Verdict(fault, "not covered", "", 0.0)
     begin = time.monotonic()
+    with planted(fault, runner.checkout):
+        failed = next(filter(None, map(runner.failing_test, groups)), "")
+    return Verdict(fault, "killed" if failed else "survives", failed, time.monotonic() - begin)
+
+
+@contextmanager
+def planted(fault: Fault, checkout: Path) -> Iterator[None]:
+    """Plant a fault in a copy of the checkout, and take it out again at the end of the block.
+
+    Args:
+        fault: The fault.
+        checkout: Top folder of the copy.
+
+    Yields:
+        Nothing.
+
+    Raises:
+        ValueError: The text of the fault does not stand in its file exactly once.
+    """
+    path = checkout / "taskopt" / fault.file
+    source = path.read_text(encoding="utf-8")
+    if source.count(fault.old) != 1:
+        raise ValueError(
+            f"fault '{fault.name}': its text stands {source.count(fault.old)} times in {fault.file}; once is "
+            "needed, so bring the table of faults up to date"
+        )
     path.write_text(source.replace(fault.old, fault.new), encoding="utf-8")
     try:
-        failed = next(filter(None, map(runner.failing_test, groups)), "")
+        yield
     finally:
         path.write_text(source, encoding="utf-8")
-    return Verdict(fault, "killed" if failed else "survives", failed, time.monotonic() - begin)
 
 
 def chosen_tests(fault: Fault, source: str, covered: CoverageMap) -> list[list[str]]:
@@ -260,8 +280,15 @@ def _beside(fault: Fault) -> PurePosixPath:
     return folder
 
 
-def _copy_of_checkout(folder: Path) -> Path:
-    """Copy the package that is imported here, and the tests with what they read, into an empty folder."""
+def copy_of_checkout(folder: Path) -> Path:
+    """Copy the package that is imported here, and the tests with what they read, into an empty folder.
+
+    Args:
+        folder: The folder; it is made here.
+
+    Returns:
+        The folder.
+    """
     ignored = shutil.ignore_patterns("__pycache__", ".*")
     shutil.copytree(PACKAGE, folder / "taskopt", ignore=ignored)
     for name in BESIDE_THE_PACKAGE:

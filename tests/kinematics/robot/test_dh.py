@@ -41,6 +41,7 @@ def test_the_planar_arm_is_the_textbooks(q):
     np.testing.assert_allclose(J[2:], np.vstack([np.zeros((3, 3)), np.ones(3)]), rtol=0, atol=1e-15)
 
 
+@pytest.mark.equation("3.31", "3.32", "3.33")
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_rows_give_the_product_of_their_matrices(seed):
     """T = base A₁ A₂ … tool, frame link i after i of them, for revolute and prismatic joints in any order."""
