@@ -198,3 +198,59 @@ def test_limits_are_taken_for_all_joints_or_one_for_each(name: str) -> None:
     assert {shape.geometry.radius for shape in of.geometry.geometryObjects} == {0.02}
     with pytest.raises(InvalidValue, match=f"upper must have shape {n}, got {n + 1}"):
         make(upper=[*each, 1.0])
+
+
+DEFAULTS: dict[str, Callable[[np.ndarray], Pose]] = {
+    "planar2": lambda q: planar(q, (0.5, 0.5)),
+    "planar3": lambda q: planar(q, (0.5, 0.5, 0.5)),
+    "spherical": lambda q: spherical(q, 0.2),
+    "cylindrical": cylindrical,
+    "scara": lambda q: scara_pose(q, 0.5, 0.5, 1.0),
+    "anthropomorphic": lambda q: anthropomorphic(q, 0.5, 0.5),
+    "spherical_wrist": lambda q: wrist(q, 0.1),
+    "stanford": lambda q: stanford(q, 0.2, 0.1),
+    "anthropomorphic_with_wrist": lambda q: anthropomorphic_wrist(q, 0.5, 0.5, 0.1),
+    "seven_joint_arm": lambda q: seven_joints(q, 0.4, 0.4, 0.1),
+}
+
+
+@pytest.mark.parametrize("name", sorted(DEFAULTS))
+def test_an_arm_by_name_has_the_lengths_that_its_function_shows(name: str) -> None:
+    """Robots by name are those of the functions without arguments, so that recorded runs keep their arm."""
+    of = Robot.load(name)
+    q = 0.3 + 0.2 * np.arange(of.nq)
+    np.testing.assert_allclose(Configuration(of, q).pose("tip")[:3, 3], DEFAULTS[name](q)[1], atol=1e-12)
+
+
+def test_the_parallelogram_by_name() -> None:
+    """Links of 0.2 m and 0.5 m, and the tip 0.5 m beyond the point where the loop closes."""
+    at = Configuration(Robot.load("parallelogram"), [0.3, 0.5, np.pi - 0.5, 0.8])
+    tip = 0.5 * np.exp(0.8j) - 0.5 * np.exp(0.3j)
+    np.testing.assert_allclose(at.pose("tip")[:3, 3], [tip.real, tip.imag, 0.0], atol=1e-12)
+    loop = 0.5 * np.exp(0.8j)
+    np.testing.assert_allclose(at.pose("loop_a")[:3, 3], [loop.real, loop.imag, 0.0], atol=1e-12)
+    inner = 0.2 * np.exp(0.3j)
+    np.testing.assert_allclose(at.pose("link1'")[:3, 3], [inner.real, inner.imag, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "reach"), [("spherical", -0.5), ("cylindrical", -0.5), ("stanford", -0.5), ("scara", 1.0)]
+)
+def test_a_prismatic_joint_slides_a_rod(name: str, reach: float) -> None:
+    """The rod is one capsule that ends at the new frame and leaves it along z, away from what it carries."""
+    of = Robot.load(name)
+    slide = 3  # the third joint of all four
+    (rod,) = [shape for shape in of.geometry.geometryObjects if shape.parentJoint == slide]
+    half = np.array([0.0, 0.0, rod.geometry.halfLength])
+    ends = [rod.placement.act(end)[2] for end in (half, -half)]
+    np.testing.assert_allclose(sorted(ends), sorted([0.0, reach]), atol=1e-14)
+
+
+def test_the_default_radius_is_a_share_of_the_longest_length() -> None:
+    """6 % of it, and 3 cm for a wrist without any length."""
+    radius = [shape.geometry.radius for shape in planar_arm((0.2, 0.4)).geometry.geometryObjects]
+    np.testing.assert_allclose(radius, 0.024, atol=1e-15)
+    radius = [shape.geometry.radius for shape in spherical_wrist(d6=0.0).geometry.geometryObjects]
+    np.testing.assert_allclose(radius, 0.03, atol=1e-15)
+    radius = [shape.geometry.radius for shape in scara(height=2.0).geometry.geometryObjects]
+    np.testing.assert_allclose(radius, 0.12, atol=1e-15)
