@@ -12,7 +12,7 @@ from taskopt.kinematics.part import RowPart
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
 from taskopt.kinematics.task import DampingTask
-from taskopt.testing.sampling import configurations, require
+from taskopt.testing.sampling import configurations, is_rate, require, require_unmoved
 
 Outside = Callable[[Configuration], float]
 _LONGEST = 0.2  # [rad, m] how far a joint goes in a step if the limit leaves it free
@@ -31,7 +31,7 @@ def check_limit(
 ) -> None:
     """Check that a limit keeps what `taskopt.kinematics.limit.base` promises.
 
-    - Its names, units and sizes agree, and its bounds are no NaN.
+    - Its names, units and sizes agree, and its bounds are no NaN. It leaves the configuration as it was.
     - It only narrows bounds, and writes its owner where it does, and nowhere else.
     - Braking as hard as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0.
     - The plan, which calls kernels in one compiled call, gives the same rows and bounds as the methods.
@@ -81,7 +81,9 @@ def _check_form(bound: BoundLimit | RowPart, name: str) -> None:
         require(m > 0 and all(bound.row_names), f"a row of '{name}' has no name: {bound.row_names}")
         require(len(set(bound.row_names)) == m, f"row_names of '{name}' are not unique: {bound.row_names}")
         for unit in bound.row_units:
-            require(unit == "" or unit.endswith("/s"), f"unit '{unit}' of '{name}' is no unit of a rate")
+            require(
+                is_rate(unit), f"unit '{unit}' of '{name}' is no unit of a rate; such are rad/s, m/s, 1/s"
+            )
     if isinstance(bound, BoundLimit):
         unique = len(set(bound.owners)) == len(bound.owners) > 0
         require(unique, f"owners of '{name}' are not unique: {bound.owners}")
@@ -104,12 +106,14 @@ def _check_tick(
         alone = LevelRows(np.zeros_like(rows.A), np.zeros(m), np.zeros(m), np.ones(m))
         bound.prepare(alone)
         bound.fill(configuration, 0.0, alone)
+        require_unmoved(configuration, q, f"fill of '{name}'")
         pairs = (alone.A, rows.A), (alone.lower, rows.lower), (alone.upper, rows.upper)
         apart = max(_apart(*pair) for pair in pairs)
         require(apart <= _INSIDE, f"compiled and Python rows of '{name}' differ by {apart:.3g}", q)
     if isinstance(bound, BoundLimit):
         _check_bounds(bound, plan, configuration, name)
         _check_owners(bound, configuration, name, rng.uniform(0.0, 1.0, plan.robot.nv))
+        require_unmoved(configuration, q, f"narrow of '{name}'")
 
 
 def _apart(a: Array, b: Array) -> float:

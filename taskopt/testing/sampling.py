@@ -1,10 +1,12 @@
 """Random configurations at which the checks try something, and the sentence of a failure."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 
 NEAR = 1e-3  # spread [rad, m] of the configurations near the posture where all joint variables are zero
@@ -63,3 +65,30 @@ def require(holds: bool, sentence: str, q: Array | None = None) -> None:
     if not holds:
         where = "" if q is None else f", at q = {np.array2string(q, precision=6, max_line_width=10_000)}"
         raise AssertionError(sentence + where)
+
+
+def require_unmoved(configuration: Configuration, q: Array, what: str) -> None:
+    """Raise an error if a configuration is no longer where it was put.
+
+    Args:
+        configuration: The configuration.
+        q: Where it was put, (nq,) [rad, m].
+        what: What was called meanwhile.
+
+    Raises:
+        AssertionError: It has been moved.
+    """
+    moved = float(np.abs(configuration.q - q).max(initial=0.0))
+    require(moved == 0.0, f"{what} moves the robot that it is handed, by {moved:.3g}", q)
+
+
+def is_rate(unit: str) -> bool:
+    """Return True for a unit of a rate: a product of m, rad and 1, perhaps with an exponent, per second.
+
+    Args:
+        unit: The unit; "" stands for a rate without a unit.
+
+    Returns:
+        Whether it is one, such as "rad/s", "m²/s" or "1/s".
+    """
+    return unit == "" or re.fullmatch(r"(1|(rad|m)[²³]?)((/|·| )(rad|m)[²³]?)*/s", unit) is not None

@@ -10,7 +10,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.testing.sampling import configurations, require
+from taskopt.testing.sampling import configurations, is_rate, require, require_unmoved
 
 STEP = 1e-5  # of a central difference; its error is about STEP² + 1e-16/STEP
 DT = 1e-4  # [s] of the plans
@@ -20,7 +20,7 @@ TIME = 0.3  # [s] at which tasks are tried
 def check_task(task: Task, robot: Robot, *, count: int = 16, seed: int = 0, tolerance: float = 1e-6) -> None:
     """Check that a task keeps what `taskopt.kinematics.task.base` promises.
 
-    - Its names, units and sizes agree, and its numbers are finite.
+    - Its names, units and sizes agree, and its numbers are finite. It leaves the configuration as it was.
     - Its rows are the derivative of its error: ė = (b − K e) − A v along random velocities v, with ė from
       central differences on the manifold, the target moving. A row of an inequality is tried where it is not
       met. Rows with gain 0 ask for a velocity outright and have no error that dies out; they are left out.
@@ -73,7 +73,9 @@ def _check_form(bound: BoundTask, plan: Plan) -> None:
     require(len(set(bound.row_names)) == m, f"row_names of '{bound.name}' are not unique: {bound.row_names}")
     require(all(bound.row_names), f"a row of '{bound.name}' has no name: {bound.row_names}")
     for unit in bound.row_units:
-        require(unit == "" or unit.endswith("/s"), f"unit '{unit}' of '{bound.name}' is no unit of a rate")
+        require(
+            is_rate(unit), f"unit '{unit}' of '{bound.name}' is no unit of a rate; such are rad/s, m/s, 1/s"
+        )
     for name in ("gain", "weight", "error"):
         shape = np.shape(vars(bound)[name])
         require(shape == (m,), f"{name} of '{bound.name}' has the shape {shape} for {m} rows")
@@ -108,6 +110,7 @@ def _check_fill(bound: BoundTask, rows: LevelRows, q: Array, robot: Robot) -> No
     """Check that `fill` is a function of q and t, whose outcome stays until the next call."""
     near = Configuration(robot, q)
     bound.fill(near, TIME, rows)
+    require_unmoved(near, q, f"fill of '{bound.name}'")
     first, error = _copy(rows), bound.error.copy()
     finite = np.isfinite(first[0]).all() and not np.isnan(first[1]).any() and not np.isnan(first[2]).any()
     require(bool(finite), f"rows of '{bound.name}' are not finite", q)

@@ -93,6 +93,8 @@ class BoundWall(BoundLimit):
             upper = -0.1
         if self._lie == "nan":
             upper = np.nan
+        if self._lie == "moves":
+            configuration.q[0] -= 1e-3
         if self._lie == "widens" or not upper >= bounds[1, 0]:
             bounds[1, 0] = upper
             bounds[3, 0] = owner + (1 if self._lie == "foreign owner" else 0)
@@ -109,6 +111,7 @@ LIES = {
     "owners": "owners of 'wall' are not unique",
     "oversteps": "goes .* outside",
     "no way out": "braking misses a bound of 'wall'",
+    "moves": "narrow of 'wall' moves the robot that it is handed|differ",
     "nan": "limits are not finite|is NaN",
     "widens": "widens a bound",
     "foreign owner": "does not write its owner|index",

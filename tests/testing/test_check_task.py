@@ -91,6 +91,8 @@ class BoundHeight(BoundTask):
         self._task, self._calls, self._memory = task, 0, np.zeros(1)
         if task.lie == "unit":
             self.row_units = ("m",)
+        if task.lie == "unit of nothing":
+            self.row_units = ("metres/s",)
         if task.lie == "weight":
             self.weight = np.ones(1)
         if task.lie == "gain":
@@ -117,6 +119,8 @@ class BoundHeight(BoundTask):
             rows.A[0, 0] = np.nan
         if lie == "crossed":
             rows.lower[0] = rows.upper[0] + 1.0
+        if lie == "moves":
+            configuration.q[0] += 1e-3
         if lie == "kept":
             self.error = configuration.q[:1]
         else:
@@ -125,6 +129,8 @@ class BoundHeight(BoundTask):
 
 LIES = {
     "unit": "no unit of a rate",
+    "unit of nothing": "unit 'metres/s' of 'height' is no unit of a rate; such are rad/s",
+    "moves": "moves the robot that it is handed, by 0.001",
     "weight": "times the weight",
     "gain": "times the gain",
     "column": "differs from unit vector 0",
