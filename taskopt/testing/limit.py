@@ -101,6 +101,7 @@ def _check_tick(
     over = float(np.maximum(hierarchy.box_lower - brakes, brakes - hierarchy.box_upper).max())
     require(over <= _INSIDE, f"braking misses a bound of '{name}' by {over:.3g}", q)
     configuration = Configuration(plan.robot, q)
+    q = configuration.q.copy()  # a quaternion in it is normalised
     if isinstance(bound, RowPart):
         m = len(rows.lower)
         alone = LevelRows(np.zeros_like(rows.A), np.zeros(m), np.zeros(m), np.ones(m))

@@ -109,6 +109,7 @@ def _difference(first: tuple[Array, Array, Array], second: tuple[Array, Array, A
 def _check_fill(bound: BoundTask, rows: LevelRows, q: Array, robot: Robot) -> None:
     """Check that `fill` is a function of q and t, whose outcome stays until the next call."""
     near = Configuration(robot, q)
+    q = near.q.copy()  # a quaternion in it is normalised
     bound.fill(near, TIME, rows)
     require_unmoved(near, q, f"fill of '{bound.name}'")
     first, error = _copy(rows), bound.error.copy()
