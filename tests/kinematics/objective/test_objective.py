@@ -99,6 +99,20 @@ def test_where_two_singular_values_vanish_the_gradient_is_zero():
     np.testing.assert_allclose(Manipulability("tip", "xy y").gradient(at), 0.0, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("length", [0.0, 1e-320, 1e-300, 1e-162, 1e-154, 1e-100, 1e-16, 1e-3])
+def test_rows_that_are_almost_parallel_have_the_gradient_of_the_closed_form(length):
+    """w = a₁ a₂ |sin ϑ₂| for position and yaw, down to lengths a₂ whose squares are below the smallest number.
+
+    The three rows of J become parallel to each other as a₂ goes to zero; their cosines are found from squares
+    that underflow, and the angle between them from a quotient whose square overflows.
+    """
+    arm = planar_arm((0.5, length, 0.0))
+    for q in ([0.3, 0.2, 0.1], [0.4, 1.1, 0.7], [-1.0, 2.0, 0.3]):
+        slope = 0.5 * length * np.cos(q[1]) * np.sign(np.sin(q[1]))
+        gradient = Manipulability("tip", "xy y").gradient(Configuration(arm, q))
+        np.testing.assert_allclose(gradient, [0.0, slope, 0.0], rtol=0, atol=1e-14)
+
+
 def test_more_axes_than_joints_is_refused():
     """A manipulability that is zero everywhere says so, with the way out."""
     with pytest.raises(InvalidValue, match=r"only 3 joint\(s\) move it; choose fewer axes"):
