@@ -16,7 +16,7 @@ as in `BoundLimit.narrow`.
 """
 
 from collections.abc import Callable, Sequence
-from inspect import ismethod
+from inspect import ismethod, signature
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.jit import COMPILED, Kernel
 from taskopt.kinematics.configuration import Configuration
 
 
@@ -61,6 +62,8 @@ class RowArrays(NamedTuple):
 RowKernel = Callable[[IntArray, Array, RobotState, RowArrays], None]
 BoxKernel = Callable[[IntArray, Array, RobotState, Array, int], None]
 
+_ROW_ARGUMENTS = "parameters", "memory", "state", "rows"
+_BOX_ARGUMENTS = "parameters", "memory", "state", "bounds", "owner"
 _NO_PARAMETERS = np.zeros(0, dtype=np.int64)
 _NO_MEMORY = np.zeros(0)
 
@@ -183,7 +186,8 @@ def check_complete(part: object, base: type[Part], what: str, needed: Sequence[s
 
     Raises:
         InvalidValue: The part derives from another class, lacks an attribute, has neither `fill` nor a kernel
-            where it needs one, or its sizes disagree.
+            where it needs one, its kernel cannot be called with what the plan hands to it, or its sizes
+            disagree.
     """
     own = type(part).__name__
     if not isinstance(part, base):
@@ -198,8 +202,50 @@ def check_complete(part: object, base: type[Part], what: str, needed: Sequence[s
         )
     if ismethod(part.kernel):
         raise InvalidValue(f"{own}.kernel is a method; assign the kernel in __init__, as self.kernel = …")
+    if part.kernel is not None:
+        _check_kernel(part, own, what)
     if isinstance(part, RowPart):
         _check_rows(part, own, what)
+
+
+def _check_kernel(part: Part, own: str, what: str) -> None:
+    """Raise `InvalidValue` if a plan could not call the kernel of a part, or not with its two arrays."""
+    names, made = _ROW_ARGUMENTS if isinstance(part, RowPart) else _BOX_ARGUMENTS, f"to which {what} is bound"
+    expected = f"({', '.join(names)})"
+    if not callable(part.kernel) or (COMPILED and not isinstance(part.kernel, Kernel)):
+        raise InvalidValue(
+            f"{own}, {made}, has a kernel that is not compiled, {part.kernel!r}; write a function {expected} "
+            "and decorate it with taskopt.jit.kernel_apart"
+        )
+    try:
+        signature(part.kernel).bind(*names)
+    except TypeError:
+        raise InvalidValue(
+            f"the kernel of {own}, {made}, takes {signature(part.kernel)}, and a plan calls it with "
+            f"{expected}; give it these {len(names)} parameters, and put what else it needs into memory"
+        ) from None
+    _check_memory(part.parameters, part.memory, f"{own}, {made},")
+
+
+def _check_memory(parameters: object, memory: object, owner: str) -> None:
+    """Raise `InvalidValue` unless the parameters of a kernel are integers, and its memory floats."""
+    if not isinstance(parameters, np.ndarray) or parameters.ndim != 1 or parameters.dtype.kind != "i":
+        raise InvalidValue(
+            f"parameters of {owner} must be an array of integers (any,), got {_described(parameters)}; "
+            "write np.array([...], dtype=np.int64), and put numbers that are no integers into memory"
+        )
+    if not isinstance(memory, np.ndarray) or memory.dtype != np.float64:
+        raise InvalidValue(
+            f"memory of {owner} must be an array of floats, got {_described(memory)}; "
+            "write self.use(np.array([...], dtype=float)), even for a single number"
+        )
+
+
+def _described(value: object) -> str:
+    """Describe a value that is not the array that it should be."""
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype} with the shape {value.shape}"
+    return f"{value!r}, an object of type {type(value).__name__}"
 
 
 def _check_rows(part: RowPart, own: str, what: str) -> None:
