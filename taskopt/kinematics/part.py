@@ -210,8 +210,8 @@ def check_complete(part: object, base: type[Part], what: str, needed: Sequence[s
 
 def _check_kernel(part: Part, own: str, what: str) -> None:
     """Raise `InvalidValue` if a plan could not call the kernel of a part, or not with its two arrays."""
-    names, made = _ROW_ARGUMENTS if isinstance(part, RowPart) else _BOX_ARGUMENTS, f"to which {what} is bound"
-    expected = f"({', '.join(names)})"
+    names = _ROW_ARGUMENTS if isinstance(part, RowPart) else _BOX_ARGUMENTS
+    expected, made = f"({', '.join(names)})", f"to which {what} is bound"
     if not callable(part.kernel) or (COMPILED and not isinstance(part.kernel, Kernel)):
         raise InvalidValue(
             f"{own}, {made}, has a kernel that is not compiled, {part.kernel!r}; write a function {expected} "

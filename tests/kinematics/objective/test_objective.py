@@ -101,7 +101,7 @@ def test_where_two_singular_values_vanish_the_gradient_is_zero():
 
 @pytest.mark.parametrize("length", [0.0, 1e-320, 1e-300, 1e-162, 1e-154, 1e-100, 1e-16, 1e-3])
 def test_rows_that_are_almost_parallel_have_the_gradient_of_the_closed_form(length):
-    """w = a₁ a₂ |sin ϑ₂| for position and yaw, down to lengths a₂ whose squares are below the smallest number.
+    """w = a₁ a₂ |sin ϑ₂| for position and yaw, down to lengths a₂ whose squares underflow.
 
     The three rows of J become parallel to each other as a₂ goes to zero; their cosines are found from squares
     that underflow, and the angle between them from a quotient whose square overflows.
