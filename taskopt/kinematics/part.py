@@ -138,6 +138,9 @@ class RowPart(Part):
         Args:
             configuration: Robot at the start posture.
             t: Time [s].
+
+        Raises:
+            InvalidValue: A declared target does not fit the task.
         """
 
     def aim(self, t: float) -> None:

@@ -78,10 +78,13 @@ class Space(Protocol):
         ...
 
     def take(self, value: Value, start: Array, out: Array) -> None:
-        """Write `convert(value, start)` into an array, without checks where the value has the usual form.
+        """Write a value into an array that exists; it is `convert` for every tick.
+
+        An array that already has the form of this space may be copied without checks, which would cost more
+        than the copy; every other form goes through `convert`.
 
         Args:
-            value: The value. If it has the usual form, the tick checks later that it is finite and a pose.
+            value: The value. Of an array that is copied as it is, the plan finds out later if it is no pose.
             start: Value at the start of the run.
             out: Receives the value.
 
@@ -105,10 +108,13 @@ class Space(Protocol):
         ...
 
     def take_rate(self, rate: Value, out: Array) -> None:
-        """Write `convert_rate(rate)` into an array, without checks where the rate has the usual form.
+        """Write a rate into an array that exists; it is `convert_rate` for every tick.
+
+        An array (tangent,) is copied as it is, since checking it would cost more than the copy; every other
+        form goes through `convert_rate`.
 
         Args:
-            rate: The rate. If it has the usual form, the tick checks later that it is finite.
+            rate: The rate. Of an array (tangent,), the plan finds out later if it is not finite.
             out: (tangent,) receives the rate.
 
         Raises:
@@ -177,7 +183,7 @@ class PoseSpace:
         return pose if is_pose(pose) else checked_pose(self._name, pose)
 
     def take(self, value: Value, start: Array, out: Array) -> None:
-        """Write a pose into `out` (4, 4), unchecked if it is an array (4, 4), see `Space.take`."""
+        """Write a value into `out` (4, 4); an array (4, 4) of floats is not checked. See `Space.take`."""
         if isinstance(value, np.ndarray) and value.shape == (4, 4) and value.dtype is _FLOAT64:
             out[...] = value
         else:
@@ -192,7 +198,7 @@ class PoseSpace:
         return np.concatenate([np.zeros(3), part] if self._angular else [part, np.zeros(3)])
 
     def take_rate(self, rate: Value, out: Array) -> None:
-        """Write a rate into `out` (6,), unchecked if it is an array (6,), see `Space.take_rate`."""
+        """Write a rate (6,) or (3,) into `out` (6,); an array (6,) is not checked. See `Space.take_rate`."""
         if isinstance(rate, np.ndarray) and rate.shape == (6,):
             out[...] = rate
         else:
@@ -248,7 +254,7 @@ class PostureSpace:
         return q
 
     def take(self, value: Value, start: Array, out: Array) -> None:
-        """Write `convert(value, start)` into `out` (nq,)."""
+        """Write a posture, or numbers of joints, into `out` (nq,), always checked. See `Space.take`."""
         out[...] = self.convert(value, start)
 
     def convert_rate(self, rate: Value) -> Array:
@@ -263,7 +269,7 @@ class PostureSpace:
         return v
 
     def take_rate(self, rate: Value, out: Array) -> None:
-        """Write `convert_rate(rate)` into `out` (nv,)."""
+        """Write joint velocities into `out` (nv,), always checked. See `Space.take_rate`."""
         out[...] = self.convert_rate(rate)
 
     def difference(self, a: Array, b: Array) -> Array:

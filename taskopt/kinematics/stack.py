@@ -143,6 +143,10 @@ class Plan:
         Args:
             q: Start posture, (nq,).
             t: Time [s].
+
+        Raises:
+            InvalidValue: q has the wrong size or is not finite, or a target or a gradient does not fit its
+                task.
         """
         self.moved(np.zeros(self.robot.nv))
         self._anchor(q, t)

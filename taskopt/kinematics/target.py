@@ -45,6 +45,7 @@ class Target(Protocol):
 
         Raises:
             InvalidValue: The declared value does not fit the space.
+            UnknownName: A mapping names a joint that the task does not have.
         """
         ...
 
@@ -54,14 +55,18 @@ class Hold:
     """A constant target.
 
     Attributes:
-        value: a pose (`pin.SE3`, (4, 4)), position (3,) [m] or rotation (3, 3) in the world; or a posture, as
+        value: A pose (`pin.SE3`, (4, 4)), position (3,) [m] or rotation (3, 3) in the world; or a posture, as
             `PostureSpace` takes it [rad, m]. None: the value at the start of the run.
     """
 
     value: Value | None = None
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (protocol)
-        """Begin the course at the time t [s], see `Target.start`."""
+        """Begin the course at the time t [s], see `Target.start`.
+
+        Raises:
+            InvalidValue: The declared value does not fit the space.
+        """
         held = start.copy() if self.value is None else space.convert(self.value, start)
         written = False
 
@@ -104,7 +109,7 @@ class Line:
     Attributes:
         to: Value at the end: a pose, position [m] or rotation in the world, or a posture [rad, m].
         by: Displacement Δ: for a frame (6,) or (3,) along the axes of the world [m, rad], or for joints.
-        duration: [s], greater than zero.
+        duration: Time from the start to the end [s], greater than zero.
         timing: The law s: "linear" (speed jumps at both ends), "cubic" (zero speed there), "quintic" (zero
             acceleration as well), "sinusoidal" or "trapezoidal".
 
@@ -127,7 +132,11 @@ class Line:
             raise UnknownName("timing law", self.timing, TIMING)
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        """Begin the course at the time t [s], see `Target.start`."""
+        """Begin the course at the time t [s], see `Target.start`.
+
+        Raises:
+            InvalidValue: `to` or `by` does not fit the space.
+        """
         if self.to is not None:
             delta = space.difference(start, space.convert(self.to, start))
         else:
@@ -154,14 +163,14 @@ class Circle:
     The orientation stays that of the start.
 
     Attributes:
-        radius: r [m].
-        period: 2π/ω [s] of one turn.
-        toward: (3,) direction in the world from the start to the centre; its length does not matter.
-        along: (3,) direction in the world of the departure, at right angles to `toward`.
+        radius: Radius r [m].
+        period: Time of one turn, 2π/ω [s].
+        toward: Direction from the start to the centre, (3,) in the world; its length does not matter.
+        along: Direction in which the circle begins, (3,) in the world, at right angles to `toward`.
         turns: How many turns are made, after which the target holds; None goes on for ever.
 
     Raises:
-        InvalidValue: a number is not positive, or the directions are not at right angles.
+        InvalidValue: A number is not positive, or the directions are not at right angles.
     """
 
     radius: float
@@ -182,7 +191,11 @@ class Circle:
             )
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        """Begin the course at the time t [s], see `Target.start`."""
+        """Begin the course at the time t [s], see `Target.start`.
+
+        Raises:
+            InvalidValue: The task is one of joints, whose targets are no circles.
+        """
         if not isinstance(space, PoseSpace):
             raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
         toward, along = _unit("toward", self.toward).tolist(), _unit("along", self.along).tolist()
@@ -268,7 +281,11 @@ class WithoutRate:
     target: "Target | Value"
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        """Begin the course at the time t [s], see `Target.start`."""
+        """Begin the course at the time t [s], see `Target.start`.
+
+        Raises:
+            InvalidValue: The declared value of the inner target does not fit the space.
+        """
         inner = as_target(self.target).start(space, start, t)
 
         def course(t: float, value: Array, rate: Array) -> bool:
@@ -290,7 +307,7 @@ class Latest:
         """Make the target.
 
         Args:
-            value: a pose, position [m] or rotation in the world, or a posture [rad, m]. None: the value at
+            value: A pose, position [m] or rotation in the world, or a posture [rad, m]. None: the value at
                 the start.
 
         Raises:
@@ -304,7 +321,7 @@ class Latest:
         """Move the target. Its task checks at the next tick that the value fits.
 
         Args:
-            value: a pose, position [m] or rotation in the world, or a posture [rad, m].
+            value: A pose, position [m] or rotation in the world, or a posture [rad, m].
             velocity: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint velocities
                 [rad/s, m/s]. None: no feedforward.
 
@@ -339,7 +356,7 @@ def as_target(value: Target | Value | None) -> Target:
     """Make a target of what a user gave as one.
 
     Args:
-        value: a target, or a value to hold; None holds the value at the start of the run.
+        value: A target, or a value to hold; None holds the value at the start of the run.
 
     Returns:
         The target itself, or `Hold(value)`.

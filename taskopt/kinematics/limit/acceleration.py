@@ -61,7 +61,12 @@ class JointAccelerationLimit(Limit):
     name: str = "joint_acceleration"
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointAcceleration":
-        """Return the bounds for a robot; see `Limit.bind`."""
+        """Return the bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            InvalidValue: An acceleration is not positive, or a number of `velocity` is negative or NaN.
+            UnknownName: A mapping names a joint that the robot has not.
+        """
         none = np.full(robot.nv, np.inf)
         acceleration = each_velocity("acceleration", self.acceleration, robot, none)
         if (acceleration <= 0.0).any():

@@ -55,6 +55,9 @@ class RateLimit:
 
         Args:
             v: Velocity, (nv,) [rad/s, m/s].
+
+        Raises:
+            NotImplementedError: The class does not define the method.
         """
         raise NotImplementedError(f"{type(self).__name__} lacks moved()")
 
@@ -63,6 +66,9 @@ class RateLimit:
 
         Returns:
             (nv,) [rad/s, m/s]; 0 where standstill can be reached.
+
+        Raises:
+            NotImplementedError: The class does not define the method.
         """
         raise NotImplementedError(f"{type(self).__name__} lacks brakes()")
 

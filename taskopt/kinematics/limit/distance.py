@@ -63,7 +63,12 @@ class ObstacleLimit(Limit):
         Braking.checked(self.margin, self.influence, self.gain)
 
     def bind(self, robot: Robot, dt: float) -> "BoundDistance":
-        """Return rows and bounds for a robot; see `Limit.bind`."""
+        """Return rows and bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            InvalidValue: The robot has no shapes.
+            UnknownName: No link with a shape has one of the names in `links`.
+        """
         collision = Collision.with_obstacles(robot, checked_obstacles(self.obstacles), self.links)
         return BoundDistance(
             collision, dt, self.name, Braking.checked(self.margin, self.influence, self.gain)
@@ -102,7 +107,12 @@ class SelfCollisionLimit(Limit):
         Braking.checked(self.margin, self.influence, self.gain)
 
     def bind(self, robot: Robot, dt: float) -> "BoundDistance":
-        """Return rows and bounds for a robot; see `Limit.bind`."""
+        """Return rows and bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            InvalidValue: The robot has no shapes, no two links can meet, or a pair moves as one body.
+            UnknownName: No link with a shape has one of the names in `pairs`.
+        """
         shapes_of(robot, None)
         pairs = self_pairs(robot, self.margin) if self.pairs is None else named_pairs(robot, self.pairs)
         if not pairs:

@@ -107,7 +107,12 @@ class JointVelocityLimit(Limit):
         positive("scale", self.scale)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointVelocity":  # noqa: ARG002
-        """Return the bounds for a robot; see `Limit.bind`."""
+        """Return the bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            InvalidValue: A number of `velocity` is negative or NaN, or there are too many or too few.
+            UnknownName: A mapping names a joint that the robot has not.
+        """
         limits = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)
         return BoundJointVelocity(self.name, self.scale * limits)
 
@@ -129,6 +134,7 @@ def each_velocity(
 
     Raises:
         InvalidValue: A number is negative or NaN, or there is another number of them.
+        UnknownName: A mapping names a joint that the robot has not.
     """
     if value is None:
         return default

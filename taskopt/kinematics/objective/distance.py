@@ -119,7 +119,12 @@ class SelfDistance(Nearest):
         object.__setattr__(self, "pairs", chosen)
 
     def collision(self, robot: Robot) -> Collision:
-        """Return the pairs of links; see `Nearest.collision`."""
+        """Return the pairs of links; see `Nearest.collision`.
+
+        Raises:
+            InvalidValue: The robot has no shapes, no two links can meet, or a pair moves as one body.
+            UnknownName: No link with a shape has one of the names in `pairs`.
+        """
         pairs = self_pairs(robot) if self.pairs is None else named_pairs(robot, self.pairs)
         if not pairs:
             raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-distance out")

@@ -37,7 +37,11 @@ class _OfFrame(Task):
         self._rows()
 
     def bind(self, robot: Robot, name: str) -> "BoundFrame":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
         mode = k.OWN if self.expressed == "own" else k.WORLD
         if mode == k.OWN and self._ROWS == "xyz":
             mode = k.POSITION

@@ -64,7 +64,11 @@ class BoxTask(Task):
         return f"{self.frame} in box"
 
     def bind(self, robot: Robot, name: str) -> "BoundBox":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
         sides = np.array([bound("lower", self.lower, (3,)), bound("upper", self.upper, (3,))])
         weight = weights(self.weight, 3)
         rows = np.flatnonzero(np.isfinite(sides).any(axis=0) & (weight > 0.0))
@@ -120,7 +124,11 @@ class GazeTask(Task):
         return f"{self.frame} gaze"
 
     def bind(self, robot: Robot, name: str) -> "BoundGaze":
-        """Return the row for a robot; see `Task.bind`."""
+        """Return the row for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
         robot.frame_id(self.frame)
         return BoundGaze(robot, name, self)
 

@@ -60,7 +60,12 @@ class JointTask(Task):
         return "posture" if self.joints is None else "joints"
 
     def bind(self, robot: Robot, name: str) -> "BoundJoints":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            InvalidValue: The task has no joint, or gains or weights of another number than its joints have.
+            UnknownName: The robot has no joint of that name.
+        """
         joints = one_dof_joints(robot) if self.joints is None else tuple(self.joints)
         spans = [robot.velocity_index(joint) for joint in joints]
         columns = np.array([c for span in spans for c in range(span.start, span.stop)], dtype=np.int64)

@@ -56,7 +56,11 @@ class LoopTask(Task):
         weights(self.weight, len(rows))
 
     def bind(self, robot: Robot, name: str) -> "BoundLoop":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot lacks one of the two frames.
+        """
         robot.frame_id(self.frame_a)
         robot.frame_id(self.frame_b)
         return BoundLoop(name, self, chosen_rows(self.axes, "xyzrpy"))

@@ -75,7 +75,15 @@ class BoundGradient(BoundVelocity):
         self._no_feedforward = np.zeros_like(self.weight)
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
-        """Try the gradient once, so that a wrong one is found before the first tick."""
+        """Evaluate the gradient at the start, so that a wrong one is found before the first tick.
+
+        Args:
+            configuration: Robot at the start.
+            t: Time [s], not used.
+
+        Raises:
+            InvalidValue: The gradient is not finite, or does not have nv entries.
+        """
         _try_gradient(self._objective, configuration)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
@@ -148,7 +156,15 @@ class BoundObjective(BoundTask):
         rows.upper[:] = np.inf
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
-        """Try the gradient once, so that a wrong one is found before the first tick."""
+        """Evaluate the gradient at the start, so that a wrong one is found before the first tick.
+
+        Args:
+            configuration: Robot at the start.
+            t: Time [s], not used.
+
+        Raises:
+            InvalidValue: The gradient is not finite, or does not have nv entries.
+        """
         _try_gradient(self._objective, configuration)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002

@@ -64,7 +64,11 @@ class _OfOrientation(Task):
         weights(self.weight, 3)
 
     def bind(self, robot: Robot, name: str) -> "BoundOrientation":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
         robot.frame_id(self.frame)
         return BoundOrientation(name, self, self._error())
 
