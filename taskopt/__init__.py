@@ -97,6 +97,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.robot import anthropomorphic_arm as anthropomorphic_arm
     from taskopt.kinematics.robot import anthropomorphic_with_wrist as anthropomorphic_with_wrist
     from taskopt.kinematics.robot import cylindrical_arm as cylindrical_arm
+    from taskopt.kinematics.robot import four_bar as four_bar
     from taskopt.kinematics.robot import parallelogram_arm as parallelogram_arm
     from taskopt.kinematics.robot import planar_arm as planar_arm
     from taskopt.kinematics.robot import robot_names as robot_names
@@ -205,9 +206,9 @@ _NAMES = {  # module: the names that live there
     ),
     "taskopt.kinematics.orientation": "EulerAngles RPY ZYZ",
     "taskopt.kinematics.robot": (
-        "anthropomorphic_arm anthropomorphic_with_wrist cylindrical_arm DHRow parallelogram_arm "
-        "planar_arm Robot robot_names scara seven_joint_arm spherical_arm spherical_wrist "
-        "stanford_manipulator"
+        "anthropomorphic_arm anthropomorphic_with_wrist cylindrical_arm DHRow four_bar "
+        "parallelogram_arm planar_arm Robot robot_names scara seven_joint_arm spherical_arm "
+        "spherical_wrist stanford_manipulator"
     ),
     "taskopt.kinematics.stack": "Plan Stack",
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",

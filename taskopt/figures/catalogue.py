@@ -28,6 +28,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "3.25": ellipsoids.fig_3_25,
     "3.26": ellipsoids.fig_3_26,
     "3.27": ellipsoids.fig_3_27,
+    "workspace": singularities.fig_workspace,
 }
 """What draws each figure."""
 

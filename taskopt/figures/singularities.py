@@ -16,7 +16,7 @@ from taskopt.figures.drawing import (
 )
 from taskopt.figures.style import BLUE, GREEN, GREY, ORANGE, RED, new_figure, plane_axes
 from taskopt.figures.style import number as written
-from taskopt.kinematics.analysis.singularity import decouple, find_singularity
+from taskopt.kinematics.analysis.singularity import decouple, find_singularity, workspace_map
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot.textbook import (
     anthropomorphic_arm,
@@ -151,3 +151,31 @@ def _base(axes: Axes3D) -> None:
     """Draw the axis of the base with the sense of its rotation."""
     draw_arrow(axes, [0.0, 0.0, -0.45], [0.0, 0.0, 1.05], GREY, "z₀", 1.08)
     draw_arc(axes, [0.0, 0.0, -0.28], [0.0, 0.0, 1.0], 0.12, GREY)
+
+
+def fig_workspace() -> Figure:
+    """Draw the smallest singular value of a planar and of an anthropomorphic arm all over their reach."""
+    figure = new_figure(3.4)
+    pictures = (
+        (planar_arm([0.6, 0.4]), (0, 1), "two links of 0.6 m and 0.4 m", (0, 1), "y [m]"),
+        (
+            anthropomorphic_arm(lower=[0.0, 0.0, -np.pi], upper=[1e-6, np.pi, np.pi]),
+            (0, 1, 2),
+            "anthropomorphic arm",
+            (0, 2),
+            "z [m]",
+        ),
+    )
+    for number, (arm, rows, title, plane, label) in enumerate(pictures, start=1):
+        axes = plane_axes(figure, 1, 2, number)
+        found = workspace_map(arm, "tip", rows, count=8192)
+        order = np.argsort(found.distance)
+        points = found.points[order]
+        drawn = axes.scatter(
+            points[:, plane[0]], points[:, plane[1]], c=found.distance[order], s=3.0, cmap="viridis"
+        )
+        axes.set_axisbelow(True)
+        axes.set_title(title)
+        axes.set_ylabel(label)
+        figure.colorbar(drawn, ax=axes, label="smallest singular value [m]", shrink=0.8)
+    return figure

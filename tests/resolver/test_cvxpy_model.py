@@ -19,6 +19,7 @@ TASKS = Path(__file__).parents[2] / "tasks"
 OBJECTIVES = (
     "square_inverse", "weighted_norm", "minimum_norm", "internal_motion", "manipulability", "joint_range",
     "damped", "damping_policy", "singular", "obstacle_distance", "obstacle_first", "panda_circle",
+    "writing", "throwing",
 )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from taskopt.kinematics.robot.robot import Robot as Robot
 from taskopt.kinematics.robot.textbook import anthropomorphic_arm as anthropomorphic_arm
 from taskopt.kinematics.robot.textbook import anthropomorphic_with_wrist as anthropomorphic_with_wrist
 from taskopt.kinematics.robot.textbook import cylindrical_arm as cylindrical_arm
+from taskopt.kinematics.robot.textbook import four_bar as four_bar
 from taskopt.kinematics.robot.textbook import parallelogram_arm as parallelogram_arm
 from taskopt.kinematics.robot.textbook import planar_arm as planar_arm
 from taskopt.kinematics.robot.textbook import scara as scara

@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from taskopt.arrays import Array, ArrayLike, bound, finite
+from taskopt.errors import InvalidValue
 from taskopt.kinematics.pose import homogeneous
 from taskopt.kinematics.robot.dh import DHRow, add_chain, add_frame, build_dh, default_radius
 from taskopt.kinematics.robot.parts import Parts
@@ -387,10 +388,63 @@ def parallelogram_arm(
     return Parts(model, shapes, None, "parallelogram", {"closed": closed})
 
 
+def four_bar(
+    lengths: Sequence[float] = (0.2, 0.5, 0.45, 0.55),
+    lower: ArrayLike = -np.inf,
+    upper: ArrayLike = np.inf,
+    velocity: ArrayLike = np.inf,
+    radius: float | None = None,
+) -> Parts:
+    """Make the open tree of a planar four-bar linkage, q = (ϑ₁, ϑ₂, ϑ₃) of crank, coupler and rocker.
+
+    Crank and coupler form one chain, the rocker the other; the loop is closed where the frames "loop_a", at
+    the end of the coupler, and "loop_b", at the end of the rocker, meet. The posture "closed" has the
+    crank at 1 rad and the elbow up; hold it closed with `LoopTask`.
+
+    Args:
+        lengths: Crank, coupler, rocker, and the distance of their bases along x (4,) [m].
+        lower: Lower position limits [rad].
+        upper: Upper position limits [rad].
+        velocity: Velocity limits [rad/s].
+        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+
+    Returns:
+        The linkage, named "four_bar"; joints "joint1", "joint2" and "joint3".
+
+    Raises:
+        InvalidValue: A length is not finite, the linkage cannot be closed with the crank at 1 rad, or the
+            limits do not fit.
+
+    Source:
+        Sect. 3.8.3, whose closed chains it is one of.
+    """
+    crank, coupler, rocker, ground = finite("lengths", lengths, (4,)).tolist()
+    pin_a = crank * np.exp(1j * 1.0)
+    gap = ground - pin_a
+    bend = (coupler**2 + abs(gap) ** 2 - rocker**2) / (2.0 * coupler * abs(gap))
+    if not abs(bend) <= 1.0:
+        raise InvalidValue(f"links of {lengths} m do not close with the crank at 1 rad; choose other lengths")
+    turned = np.angle(gap) + np.arccos(bend)
+    meeting = pin_a + coupler * np.exp(1j * turned)
+    closed = np.array([1.0, turned - 1.0, np.angle(meeting - ground)])
+    links: list[_Link] = [(length, 0.0, 0.0, "revolute") for length in (crank, coupler, rocker)]
+    rows = _rows(links, (lower, upper, velocity))
+    model, shapes = pin.Model(), pin.GeometryModel()
+    model.name = "four_bar"
+    thickness = default_radius(rows) if radius is None else radius
+    driven = add_chain(model, shapes, rows[:2], ("1", "2"), np.eye(4), thickness)
+    base = homogeneous(np.eye(3), [ground, 0.0, 0.0])
+    led = add_chain(model, shapes, rows[2:], ("3",), base, thickness)
+    add_frame(model, "loop_a", driven, rows[1].constant)
+    add_frame(model, "loop_b", led, rows[2].constant)
+    return Parts(model, shapes, None, "four_bar", {"closed": closed})
+
+
 ARMS: dict[str, Callable[[], Parts]] = {
     "planar2": lambda: planar_arm((0.5, 0.5)),
     "planar3": planar_arm,
     "parallelogram": parallelogram_arm,
+    "four_bar": four_bar,
     "spherical": spherical_arm,
     "cylindrical": cylindrical_arm,
     "scara": scara,

@@ -23,6 +23,7 @@ def _robot(build: Callable[_Arguments, Parts]) -> Callable[_Arguments, Robot]:
 
 planar_arm = _robot(arms.planar_arm)
 parallelogram_arm = _robot(arms.parallelogram_arm)
+four_bar = _robot(arms.four_bar)
 spherical_arm = _robot(arms.spherical_arm)
 cylindrical_arm = _robot(arms.cylindrical_arm)
 scara = _robot(arms.scara)

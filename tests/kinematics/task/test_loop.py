@@ -13,6 +13,7 @@ from taskopt import (
     PositionTask,
     Stack,
     UnknownName,
+    four_bar,
     parallelogram_arm,
 )
 from taskopt.testing import check_task
@@ -47,6 +48,36 @@ def test_a_parallelogram_follows_its_tip(resolver: str) -> None:
     at = Configuration(arm, q)
     np.testing.assert_allclose(at.pose("loop_a")[:2, 3], at.pose("loop_b")[:2, 3], atol=1e-6)
     np.testing.assert_allclose(at.pose("tip")[:3, 3], circle.value(0.5), atol=1e-4)
+
+
+@pytest.mark.equation("3.117", "3.118")
+def test_a_four_bar_turns_as_its_loop_says() -> None:
+    """The crank goes round once; coupler and rocker follow the two circles that meet, to 1e-5 rad."""
+    linkage, dt, speed = four_bar((0.2, 0.5, 0.45, 0.55)), 2e-3, np.pi
+    q = linkage.posture("closed").copy()
+    turn = Function(lambda t: {"joint1": 1.0 + speed * t}, derivative=lambda t: {"joint1": speed})
+    stack = Stack(
+        [
+            [LoopTask("loop_a", "loop_b", axes="xy", gain=50.0)],
+            [JointTask(turn, joints=("joint1",), gain=50.0)],
+        ]
+    )
+    control = Controller(linkage, stack, "active-set", dt)
+    for tick in range(1000):
+        q = linkage.integrate(q, control.step(q, tick * dt).v, dt)
+        crank = 0.2 * np.exp(1j * q[0])
+        gap = 0.55 - crank
+        turned = np.angle(gap) + np.arccos((0.5**2 + abs(gap) ** 2 - 0.45**2) / (2.0 * 0.5 * abs(gap)))
+        rocker = np.angle(crank + 0.5 * np.exp(1j * turned) - 0.55)
+        np.testing.assert_allclose(np.exp(1j * (q[0] + q[1])), np.exp(1j * turned), atol=1e-3)
+        np.testing.assert_allclose(np.exp(1j * q[2]), np.exp(1j * rocker), atol=1e-3)
+    assert q[0] == pytest.approx(1.0 + 2.0 * np.pi, abs=1e-6)
+
+
+def test_links_that_do_not_close_are_refused() -> None:
+    """A rocker that is too short to meet the coupler."""
+    with pytest.raises(InvalidValue, match="do not close with the crank at 1 rad"):
+        four_bar((0.2, 0.1, 0.1, 0.9))
 
 
 def test_an_open_loop_closes() -> None:
