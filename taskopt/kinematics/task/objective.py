@@ -156,7 +156,7 @@ class BoundObjective(BoundTask):
         rows.upper[:] = np.inf
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
-        """Evaluate the gradient at the start, so that a wrong one is found before the first tick.
+        """Evaluate the gradient of the objective once, before the first tick; see `BoundGradient.start`.
 
         Args:
             configuration: Robot at the start.
