@@ -289,7 +289,7 @@ class Hierarchy:
         return lower, np.concatenate([self.box_upper, self.upper[:stop]])
 
     def values(self, x: Array, stop: int | None = None) -> Array:
-        """Return x and, after it, A x: what `bounds` are the bounds of.
+        """Return x followed by A x, the values that `bounds` holds the bounds of.
 
         Args:
             x: The unknowns, (n,).

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from taskopt.arrays import Array, ArrayLike, positive
+from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.tolerances import SAME_POINT
 from taskopt.kinematics.engine import GeometryModel, Model
@@ -53,8 +53,8 @@ class DHRow:
     def __post_init__(self) -> None:
         if self.joint not in ("revolute", "prismatic"):
             raise InvalidValue(f"joint must be 'revolute' or 'prismatic', got {self.joint!r}")
-        if not np.isfinite([self.a, self.alpha, self.d, self.theta, self.rod]).all():
-            raise InvalidValue(f"a, alpha, d, theta and rod must be finite, got {self}")
+        for field in ("a", "alpha", "d", "theta", "rod"):
+            finite(f"{field} of a Denavit–Hartenberg row", vars(self)[field], ())
         if not self.lower <= self.upper:
             raise InvalidValue(f"lower must be ≤ upper, got {self.lower} and {self.upper}")
         if not self.velocity > 0.0:

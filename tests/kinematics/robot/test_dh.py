@@ -99,7 +99,8 @@ def test_a_prismatic_joint_is_in_metres():
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: DHRow(np.nan, 0, 0, 0), "must be finite"),
+        (lambda: DHRow(np.nan, 0, 0, 0), "a of a Denavit–Hartenberg row has NaN"),
+        (lambda: DHRow("x", 0, 0, 0), "a of a Denavit–Hartenberg row must be numbers"),
         (lambda: DHRow(1, 0, 0, 0, joint="screw"), "'revolute' or 'prismatic', got 'screw'"),
         (lambda: DHRow(1, 0, 0, 0, lower=1, upper=0), "lower must be ≤ upper"),
         (lambda: DHRow(1, 0, 0, 0, velocity=0), "velocity must be > 0"),
