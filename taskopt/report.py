@@ -89,12 +89,12 @@ _LEGEND = (
 
 _ENDLESS = 1000
 _SHIFT = 10e-6  # [s] of the geometric mean, so that ticks of a microsecond do not decide it
-_KINDS = ("limit", "rank", "damping", "accuracy")
+_KINDS = ("limit", "rank", "damping", "formula", "accuracy")
 _CAUSES = (
     "Share of the ticks at which the answer differs from the undamped closed form because of active limits, "
-    "a rank that could be decided either way, damping, or the accuracy of the solver. accurate: share of the "
-    "ticks at which x is as near to its active set solved again as was asked for. worst error: largest "
-    "distance to that, relative to x."
+    "a rank that could be decided either way, damping, a formula that does not solve the problem, or the "
+    "accuracy of the solver. accurate: share of the ticks at which x is as near to its active set solved "
+    "again as was asked for. worst error: largest distance to that, relative to x."
 )
 
 
@@ -161,7 +161,7 @@ def cause_table(summaries: Sequence[Summary]) -> Table:
     """
     out = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     out.add_column("differs from the closed form by", no_wrap=True)
-    for heading in ("limits", "rank", "damping", "accuracy", "accurate", "worst error"):
+    for heading in ("limits", "rank", "damping", "formula", "accuracy", "accurate", "worst error"):
         out.add_column(heading, justify="right", no_wrap=True)
     for summary in summaries:
         counts = (_share(summary.causes[kind], summary.ticks) for kind in _KINDS)

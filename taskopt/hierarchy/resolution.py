@@ -34,7 +34,7 @@ class Resolution:
 
     Attributes:
         x: The unknowns, (n,).
-        notes: Sentences that say what was done to get an answer at all.
+        notes: Sentences that say what was done to get an answer at all, or why a formula gives none.
         fallback: Name of the method that answered where `active-set` could not; None where it did.
     """
 

@@ -9,7 +9,7 @@ class Cause(NamedTuple):
     """One reason why an answer differs from its closed-form answer.
 
     Attributes:
-        kind: "limit", "rank", "damping" or "accuracy".
+        kind: "limit", "rank", "damping", "formula" or "accuracy".
         text: The reason in words.
     """
 

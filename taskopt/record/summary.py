@@ -15,10 +15,11 @@ from taskopt.record.batch import Batch
 from taskopt.record.violation import LimitGauge
 
 _SHOWN = 3  # largest number of alternating limits that are named in a report
+_TOLD = {Status.RELAXED: "relaxed", Status.BRAKED: "braked", Status.FORMULA: "stuck"}  # if there are notes
 
 
 class Continuity:
-    """Watch how smoothly one resolver moves the robot: jumps, alternating limits, conflicts.
+    """Watch how smoothly one resolver moves the robot: jumps, alternating limits, conflicts, stuck ticks.
 
     A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps are kept apart by the transitions of
     tasks that are under way, because a task that comes or goes is expected to change the velocities.
@@ -34,8 +35,8 @@ class Continuity:
         self._jumps: dict[tuple[Transition, ...], float] = {}
         self._alternation = AlternationWatch(plan.dt)
         self._previous: Step | None = None
-        self._conflicts: Counter[str] = Counter()  # ticks with a conflict, by the status of what was sent
-        self._first_conflict = ""
+        self._noted: Counter[str] = Counter()  # ticks whose answer has notes, by what became of it
+        self._first_notes = ""
 
     def add(self, step: Step) -> None:
         """Take the next step into account.
@@ -53,11 +54,10 @@ class Continuity:
             jump = float(abs(step.v - self._previous.v).max())
             self._jumps[under_way] = max(self._jumps.get(under_way, 0.0), jump)
         self._previous = step
-        if step.resolution.status in (Status.RELAXED, Status.BRAKED):
-            self._first_conflict = (
-                self._first_conflict or f"at {step.t:g} s: {' '.join(step.resolution.notes)}"
-            )
-            self._conflicts[step.resolution.status.name.lower()] += 1
+        notes, status = step.resolution.notes, step.resolution.status
+        if notes and status in _TOLD:
+            self._first_notes = self._first_notes or f"at {step.t:g} s: {' '.join(notes)}"
+            self._noted[_TOLD[status]] += 1
 
     @property
     def jump(self) -> float:
@@ -65,10 +65,10 @@ class Continuity:
         return max(self._jumps.values(), default=0.0)
 
     def sentences(self) -> list[str]:
-        """Report the conflicts, the jumps during transitions and the alternating limits.
+        """Report conflicts and stuck ticks, the jumps during transitions and the alternating limits.
 
         Returns:
-            One sentence for each of them; none for a run without conflict, transition and alternation.
+            One sentence for each of them; none for a run without any.
         """
         elsewhere = f"{self._jumps.get((), 0.0):.2g} elsewhere"
         during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
@@ -76,14 +76,14 @@ class Continuity:
         found = self._alternation.found()
         lines = [f"alternates: {limit}" for limit in found[:_SHOWN]]
         more = [f"alternates: {len(found) - _SHOWN} more limits"] if len(found) > _SHOWN else []
-        return [*self._conflict_sentence(), *([jumps] if during else []), *lines, *more]
+        return [*self._sentence_of_notes(), *([jumps] if during else []), *lines, *more]
 
-    def _conflict_sentence(self) -> list[str]:
-        """Count the ticks with a conflict by status, and quote the first one; nothing without a conflict."""
-        if not self._conflicts:
+    def _sentence_of_notes(self) -> list[str]:
+        """Count the ticks that conflict or are stuck, and quote the first of them; nothing without any."""
+        if not self._noted:
             return []
-        counts = " and ".join(f"{ticks} ticks {status}" for status, ticks in self._conflicts.items())
-        return [f"{counts}, first {self._first_conflict}"]
+        counts = " and ".join(f"{ticks} ticks {what}" for what, ticks in self._noted.items())
+        return [f"{counts}, first {self._first_notes}"]
 
 
 @dataclass

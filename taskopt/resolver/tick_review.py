@@ -59,12 +59,12 @@ class TickReview(Review):
             return ()
         limits = [Cause("limit", str(a)) for a in resolution.active if a.multiplier != 0.0]
         damped = [_damping_cause(level) for level in self.levels if level.damping > 0.0]
-        return (*limits, *damped, *self._rank_or_accuracy())
+        return (*limits, *damped, *self._other_causes())
 
-    def _rank_or_accuracy(self) -> tuple[Cause, ...]:
-        """Return doubtful ranks where x is not what its active set leads to, else the accuracy."""
+    def _other_causes(self) -> tuple[Cause, ...]:
+        """Return what else keeps x apart: the formula itself, doubtful ranks, or the solver's accuracy."""
         if self.resolution.status is Status.FORMULA and not self.own:
-            return (Cause("accuracy", "a step along the gradient, which does not solve the problem"),)
+            return (Cause("formula", "a formula that does not solve the problem"),)
         if self.resolution.status is Status.FORMULA:
             pairs = zip(self.own, self._unconstrained.levels, strict=True)
             return tuple(_rank_cause(own) for own, cold in pairs if own.rank != cold.rank)

@@ -6,6 +6,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import inverse_root
@@ -22,6 +23,7 @@ class Transpose:
 
     With b = K e, the rows of a task whose target has no rate (`WithoutRate`), it is (3.76). The error falls
     as long as b is not in the null space of Aᵀ; there the arm is stuck, and a note of the resolution says so.
+    With one level x = 0 is then the optimum, too, so that an inverse does not move the arm either.
     A step of Δt is stable for gains below `largest_gain`. A gradient knows no priority: all levels pull
     together. The answer is no optimum of the hierarchy, and its status is always FORMULA; it does not
     look at limits, and it refuses inequalities and hard rows.
@@ -58,12 +60,7 @@ class Transpose:
         state = np.zeros(hierarchy.layout.width, dtype=np.int8)
         answer, own = answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA)
         if is_stuck(A, weight * b):
-            rows = ", ".join(hierarchy.layout.row_names[int(hierarchy.layout.offsets[1]) :])
-            note = (
-                f"The transposed Jacobian is stuck: the error of {rows} lies in the null space of Jᵀ, in "
-                "which no joint moves the task. Take another start, or a resolver that inverts J."
-            )
-            answer = answer.replaced(notes=(note,))
+            answer = answer.replaced(notes=(_stuck_note(hierarchy.layout),))
         return answer, own
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
@@ -80,6 +77,17 @@ class Transpose:
         if (hierarchy.lower[:first] == hierarchy.upper[:first]).any():
             raise InvalidValue(f"{self.name} keeps no hard row; use pinv, hqp/… or active-set")
         return hierarchy.A[first:], hierarchy.upper[first:], hierarchy.weight[first:]
+
+
+def _stuck_note(layout: Layout) -> str:
+    """Say that the arm is stuck, on which rows, and what helps."""
+    rows = ", ".join(layout.row_names[int(layout.offsets[1]) :])
+    # On one level Jᵀ W K e = 0 is also the optimality condition of x = 0, so no inverse helps.
+    inverse = "An inverse of J would not move it either. " if layout.level_count == 1 else ""
+    return (
+        f"The transposed Jacobian is stuck: the error of {rows} lies in the null space of Jᵀ, in which no "
+        f"joint moves the task. {inverse}Take another start, or a target beside that direction."
+    )
 
 
 def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
@@ -107,7 +115,9 @@ def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
 def largest_gain(J: ArrayLike, dt: float) -> float:
     """Return the gain k below which q ← q + Δt Jᵀ k e makes the error of a still target fall, 2/(Δt σ_1²).
 
-    To first order the error becomes (I − Δt k J Jᵀ) e, whose largest eigenvalue must stay above −1.
+    To first order the error becomes (I − Δt k J Jᵀ) e, and no eigenvalue of this matrix may fall below −1.
+    With a diagonal K in place of k, hand in K^½ J: K is below the bound if the answer is above 1, since
+    K J Jᵀ has the eigenvalues of K^½ J Jᵀ K^½.
 
     Args:
         J: Rows (m, n).

@@ -43,8 +43,8 @@ def test_example_3_3_the_integral_of_omega_is_no_orientation() -> None:
 def test_example_3_4_the_transpose_is_stuck_across_the_plane_of_the_arm() -> None:
     """At a shoulder singularity N(J_Pᵀ) is the normal of the arm's plane, ν_y/ν_x = −1/tan ϑ₁ and ν_z = 0.
 
-    A target on that line leaves the arm stuck, and the resolution says so. With a component in the plane it
-    moves, and converges.
+    A target on that line leaves the arm stuck, and the resolution says so; resolvers that invert J stay, too.
+    With a component in the plane it moves, and converges.
     """
     arm, q = Robot.load("anthropomorphic"), np.array([0.3, 0.7, np.pi - 1.4])
     at = Configuration(arm, q)
@@ -57,6 +57,8 @@ def test_example_3_4_the_transpose_is_stuck_across_the_plane_of_the_arm() -> Non
     answer = Controller(arm, stuck, "transpose", 1e-3).step(q, 0.0)
     np.testing.assert_allclose(answer.v, 0.0, atol=1e-12)
     assert "The transposed Jacobian is stuck" in answer.explain()
+    for name in ("pinv", "active-set"):
+        np.testing.assert_allclose(Controller(arm, stuck, name, 1e-3).step(q, 0.0).v, 0.0, atol=1e-12)
     goal = p + 0.2 * normal + [0.0, 0.0, -0.1]
     free = Stack([[PositionTask("tip", target=goal, gain=10.0)]])
     control = Controller(arm, free, "transpose", 1e-2)

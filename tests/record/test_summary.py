@@ -18,6 +18,7 @@ from taskopt.record.summary import Continuity
 from taskopt.record.viewer.summary_panel import SummaryPanel
 from taskopt.report import show, terminal
 from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.transpose import Transpose
 
 DT = 2e-3
 
@@ -88,6 +89,19 @@ def test_ticks_that_the_policy_settles_are_counted_and_the_first_is_quoted():
     assert braked > 10
     assert watch.sentences()[0].startswith(f"{braked} ticks braked, first at 0.5")
     assert "obstacle" in watch.sentences()[0]
+
+
+def test_ticks_that_are_stuck_are_counted_and_named():
+    """A stretched arm whose target lies ahead: the transpose stays, and the report says why."""
+    arm = planar_arm([0.5, 0.5])
+    ahead = PositionTask("tip", target=(0.7, 0.0, 0.0), gain=10.0, axes="xy")
+    of = Scenario(robot=arm, q0=[0.0, 0.0], stack=Stack([[ahead]]), duration=0.1, dt=DT, name="ahead")
+    watch = Continuity(of.stack.compile(arm, DT))
+    for step in run(of, Transpose()):
+        watch.add(step)
+    assert len(watch.sentences()) == 1
+    assert watch.sentences()[0].startswith("50 ticks stuck, first at 0 s: The transposed Jacobian is stuck")
+    assert "tip position/x, tip position/y" in watch.sentences()[0]
 
 
 def test_a_task_out_of_force_has_no_error_to_show():

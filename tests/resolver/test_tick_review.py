@@ -10,6 +10,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.registry import resolve
 from taskopt.resolver.tick_review import TickReview
+from taskopt.resolver.transpose import Transpose
 from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 from tests.helpers.spectrum import jacobian
 
@@ -85,6 +86,14 @@ def test_damping_and_rank_have_names_of_their_own() -> None:
     answer = honest.answer.copy()
     answer[:7] *= 0.5
     assert kinds(Resolution(honest.source, answer, honest.state, honest.status, 0, TickReview)) == {"rank"}
+
+
+def test_a_formula_that_solves_nothing_is_blamed_itself() -> None:
+    """The transposed Jacobian is no solver that is inaccurate: the cause is its formula."""
+    rng = np.random.default_rng(9)
+    resolution, _ = Transpose()(Hierarchy([Level(rng.normal(size=(2, 3)), rng.normal(size=2))]))
+    assert kinds(resolution) == {"formula"}
+    assert "because of a formula that does not solve the problem" in resolution.explain()
 
 
 def test_a_closed_form_is_its_own_measure() -> None:

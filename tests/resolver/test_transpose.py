@@ -54,11 +54,15 @@ def test_a_stuck_arm_says_so() -> None:
     J = np.array([[1.0, 0.0], [0.0, 0.0]])
     stuck = Transpose()(Hierarchy([Level(J, [0.0, 1.0])]))[0]
     np.testing.assert_array_equal(stuck.x, 0.0)
-    assert (
-        "stuck: the error of level1/r0, level1/r1" in stuck.notes[0]
-        or "stuck: the error of" in stuck.notes[0]
-    )
+    names = ", ".join(stuck.problem.layout.row_names)
+    assert f"stuck: the error of {names} lies in the null space" in stuck.notes[0]
     assert "stuck" in stuck.explain()
+    assert "An inverse of J would not move it either" in stuck.notes[0]
+    apart = Transpose()(Hierarchy([Level(J[:1], [1.0]), Level(J[:1], [-1.0])]))[
+        0
+    ]  # the levels cancel each other
+    assert "stuck" in apart.notes[0]
+    assert "inverse" not in apart.notes[0]
     assert Transpose()(Hierarchy([Level(J, [1e-3, 1.0])]))[0].notes == ()
     assert Transpose()(Hierarchy([Level(J, [0.0, 0.0])]))[0].notes == ()  # at the goal nothing is stuck
 
@@ -78,15 +82,21 @@ def test_gains_beyond_the_bound_diverge() -> None:
     bound = largest_gain(J, dt)
     for share, falls in ((0.99, True), (1.01, False)):
         e = np.linalg.svd(J)[0][:, 0]
-        for _ in range(2000):
-            x = (
-                Transpose()(Hierarchy([Level(J, share * bound * e)]))[0].x
-                if _ < 3
-                else J.T @ (share * bound * e)
-            )
-            e = e - dt * J @ x
-        assert bool(np.linalg.norm(e) < 1e-6) is falls
+        for _ in range(200):
+            e = e - dt * J @ Transpose()(Hierarchy([Level(J, share * bound * e)]))[0].x
+        assert bool(np.linalg.norm(e) < 0.1) is falls
+        assert bool(np.linalg.norm(e) > 5.0) is not falls
     assert largest_gain(np.zeros((2, 2)), dt) == np.inf
+
+
+@pytest.mark.equation("3.76")
+def test_the_bound_holds_for_a_matrix_of_gains() -> None:
+    """With K^½ J the answer is 1 where the largest eigenvalue of Δt K J Jᵀ is 2."""
+    rng, dt = np.random.default_rng(4), 0.01
+    for _ in range(50):
+        J, k = rng.normal(size=(3, 5)), rng.uniform(1.0, 100.0, size=3)
+        k *= 2.0 / (dt * np.abs(np.linalg.eigvals(np.diag(k) @ J @ J.T)).max())
+        assert largest_gain(np.sqrt(k)[:, None] * J, dt) == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.parametrize(

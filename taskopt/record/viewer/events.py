@@ -18,6 +18,7 @@ _MOST = 12  # largest number of events of one resolver in one batch; the others 
 _CAUSES = {  # limits are left out, since the active-set timeline shows them
     "rank": "a rank that may go either way keeps it apart from its closed form",
     "damping": "damping keeps it apart from its closed form",
+    "formula": "its formula does not solve the problem",
     "accuracy": "its accuracy is less than was asked for",
 }
 

@@ -77,8 +77,14 @@ def test_rows_are_the_derivative_of_the_error(kind: str, name: str) -> None:
 
 @pytest.mark.parametrize("kind", [*KINDS])
 def test_the_contract_of_a_task_is_kept(kind: str) -> None:
-    """Names, units, repeatability, and what is handed in is left as it was; rows of rates are tried above."""
-    check_task(KINDS[kind](), ARM, count=4, tolerance=1e9)
+    """Names, units, repeatability; rows are derivatives for RPY angles and the logarithm at any posture.
+
+    For the others the rows at random postures are no derivatives: the quaternion's never are, angle and axis
+    have other rows from 80° on, and ZYZ angles of this arm come near their singularity, where differences
+    are coarse. Their rows are compared above, and with the text below.
+    """
+    exact = kind in ("rpy", "logarithm")
+    check_task(KINDS[kind](), ARM, count=4, tolerance=1e-6 if exact else 1e9)
 
 
 @pytest.mark.equation("3.82", "3.89", "3.92")
@@ -169,18 +175,14 @@ def test_errors_die_out_as_their_equations_say(kind: str, law) -> None:
 @pytest.mark.parametrize(("angles", "middle"), [(ZYZ, 0.0), (ZYZ, np.pi), (RPY, np.pi / 2)])
 def test_a_representation_singularity_is_left(angles, middle: float) -> None:
     """Where J_φ does not exist the rows are J_O v = T(φ) (φ̇_d + K e), which vanish at the goal only."""
-    q = np.array([0.3, 0.4, 1.9, 0.2, 1.1, -0.3])
-    R = Configuration(ARM, q).pose("tip")[:3, :3]
     here = angles.rotation([0.4, middle, 0.9])
-    robot = Robot.load("spherical_wrist")
-    at = Configuration(robot, ZYZ.angles(here))  # the joints of the wrist are its ZYZ angles
+    at = Configuration(WRIST, ZYZ.angles(here))  # the joints of the wrist are its ZYZ angles
     np.testing.assert_allclose(at.pose("tip")[:3, :3], here, atol=1e-12)
     A, b = rows_of(EulerTask("tip", angles=angles, target=exp3([0.1, 0.2, 0.3]) @ here, gain=GAIN), at)
     np.testing.assert_allclose(A, at.jacobian("tip")[3:], atol=1e-12)
     assert np.linalg.norm(b) > 0.1
     _, b = rows_of(EulerTask("tip", angles=angles, target=here, gain=GAIN), at)
     np.testing.assert_allclose(b, 0.0, atol=1e-12)
-    assert np.isfinite(R).all()
 
 
 def test_mistakes_are_named() -> None:
