@@ -231,7 +231,8 @@ def fuzz(
 ) -> None:
     """Resolve random stacks and check every answer.
 
-    The exit code is 1 unless every answer is proven, or reported as failed.
+    The column "fallback" counts answers that the resolver could not find itself and took from another one.
+    The exit code is 1 unless every answer is proven, or reported as failed, and every limit is kept.
     """
     from rich.console import Console
     from rich.progress import track

@@ -382,8 +382,17 @@ def test_a_damaged_file_counts_as_missing(tmp_path: Path) -> None:
 
 
 def test_unused_files_are_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files unused for 30 days go, then those unused for longest beyond the limit of size."""
+    """Files unused for 30 days go, then those unused for longest beyond the limit of size.
+
+    A file that a process was killed while writing goes after an hour; one that is being written stays.
+    """
     store = Store(tmp_path)
+    for name, hours in {".writing-now": 0.5, ".writing-killed": 1.5}.items():
+        (tmp_path / name).write_bytes(b"")
+        os.utime(tmp_path / name, (time.time() - hours * 3600.0,) * 2)
+    store.clean()
+    assert store.names() == {".writing-now"}
+    (tmp_path / ".writing-now").unlink()
     for name, days in {"new": 0.0, "week": 7.0, "fortnight": 14.0, "old": 31.0}.items():
         store.write(name, bytes(96))
         os.utime(tmp_path / name, (time.time() - days * 86400.0,) * 2)

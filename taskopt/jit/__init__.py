@@ -25,6 +25,7 @@ Numba's internals are used in this file only, and `pyproject.toml` bounds its ve
 import hashlib
 import pickle
 import platform
+import re
 import sys
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -41,11 +42,13 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
 from numba.core.cpu import CPUContext
+from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import Signature
 
+from taskopt.errors import InvalidValue
 from taskopt.jit.content import Content, Reader
 from taskopt.jit.progress import Report, Stopwatch
 from taskopt.jit.store import Store, users_folder
@@ -193,11 +196,25 @@ class Kernel(CPUDispatcher):
                     waiting.append(callee)
 
     def compile(self, sig: Types) -> object:
-        """Compile or load the machine code for a signature; the outermost call reports it."""
+        """Compile or load the machine code for a signature; the outermost call reports it.
+
+        Args:
+            sig: Types of the arguments.
+
+        Returns:
+            The entry point of the machine code.
+
+        Raises:
+            InvalidValue: This kernel, or one that it calls, is not such that it can be compiled.
+        """
         with global_compiler_lock, _preparing:
             outermost = not _report.running
             try:
                 return super().compile(sig)
+            except (NumbaError, NotImplementedError) as error:
+                if outermost:
+                    raise InvalidValue(_in_short(str(error))) from error
+                raise
             finally:
                 if outermost and _report.running:
                     _report.end()
@@ -278,6 +295,19 @@ def _stands_in_a_module(function: Callable[..., object]) -> bool:
     """Return False for a function of executed text, such as a snippet, whose names nobody can import."""
     module = sys.modules.get(function.__module__ or "")
     return module is not None and vars(module) is function.__globals__
+
+
+def _in_short(message: str) -> str:
+    """Return what Numba found, and the line of the source where it did, out of its page-long message."""
+    lines = [line.strip(" >") for line in message.splitlines() if line.strip(" >")]
+    found = [line for line in lines if not line.startswith("Failed in")]
+    what = " ".join(found[:2]) if found[0].endswith(":") else found[0]
+    place = re.search(r"During: .* at (.+) \((\d+)\)", message)
+    where = f" ({place[1]}, line {place[2]})" if place else ""
+    return (
+        f"a kernel cannot be compiled{where}: {what}; it may use numbers, arrays and tuples, and a name "
+        "has one type only; NUMBA_DISABLE_JIT=1 runs it as plain Python in a debugger"
+    )
 
 
 def _describe(argument: types.Type) -> str:

@@ -3,7 +3,8 @@
 It is `taskopt/kernels` in NUMBA_CACHE_DIR, else in XDG_CACHE_HOME, else in ~/.cache. A file is named
 after the kernel and the content that it was compiled from, and is never changed, so any number of
 processes may read and write at once. What has not been used for 30 days is deleted by the next process
-that compiles something; beyond 500 MB, the files unused for longest go first.
+that compiles something; beyond 500 MB, the files unused for longest go first. A file that a process was
+killed while writing goes after an hour.
 """
 
 import os
@@ -19,6 +20,7 @@ KEPT_BYTES = 500e6  # about ten full sets of kernels
 _TOUCHED_DAYS = 1.0  # how exactly the time of the last use is known
 _DAY = 86400.0
 _WRITING = ".writing-"  # begins the name of a file that is not complete
+_WRITING_DAYS = 1.0 / 24.0  # writing takes milliseconds; an older one was left by a process that was killed
 
 
 class Store:
@@ -83,7 +85,7 @@ class Store:
             self.clean()
 
     def clean(self) -> None:
-        """Delete what has not been used for `KEPT_DAYS`, then the oldest beyond `KEPT_BYTES`."""
+        """Delete what is incomplete or unused for `KEPT_DAYS`, then the oldest files beyond `KEPT_BYTES`."""
         if self.folder is None:
             return
         found = []
@@ -94,19 +96,23 @@ class Store:
         total = 0
         for used, size, name in sorted(found, reverse=True):
             total += size
-            if total > KEPT_BYTES or time.time() - used > KEPT_DAYS * _DAY:
+            days = _WRITING_DAYS if name.startswith(_WRITING) else KEPT_DAYS
+            if total > KEPT_BYTES or time.time() - used > days * _DAY:
                 with suppress(OSError):
                     (self.folder / name).unlink()
 
 
 def users_folder(configured: str) -> Path | None:
-    """Return the folder of the user, or None if there is neither a variable nor a home.
+    """Find the folder in which this user's compiled kernels are kept.
+
+    It is `taskopt/kernels` in the first of three places that is set: NUMBA_CACHE_DIR, XDG_CACHE_HOME, and
+    `.cache` in the home of the user.
 
     Args:
-        configured: NUMBA_CACHE_DIR as Numba has it, empty if it is not set.
+        configured: NUMBA_CACHE_DIR as Numba has it; "" if it is not set.
 
     Returns:
-        The folder, which may not exist yet.
+        The folder, which may not exist yet; None if the user has no home and neither variable is set.
     """
     base = configured or os.environ.get("XDG_CACHE_HOME", "")
     try:

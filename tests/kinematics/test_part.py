@@ -35,6 +35,24 @@ def plain(parameters, memory, state, rows):
     """Take what a plan hands over, and be no compiled function."""
 
 
+@kernel_apart
+def array_for_number(parameters, memory, state, rows):
+    """Write all of `memory` where one number belongs."""
+    rows.A[0, 0] = memory
+
+
+@kernel_apart
+def number_for_array(parameters, memory, state, rows):
+    """Read a number as if it were an array."""
+    rows.A[0, 0] = memory[0][0]
+
+
+@kernel_apart
+def assigned_field(parameters, memory, state, rows):
+    """Assign to a field instead of writing into its array."""
+    rows.lower = memory
+
+
 @dataclass(frozen=True)
 class OwnTask(Task):
     """A task of one row, with the attributes of its part as the test likes them."""
@@ -142,3 +160,22 @@ def test_a_kernel_that_is_not_compiled_is_refused():
         InvalidValue, match=r"not compiled, <function plain .*; write .* taskopt.jit.kernel_apart"
     ):
         Stack([[OwnTask(kernel=plain)]]).compile(planar_arm((1.0, 1.0)), 1e-3)
+
+
+@pytest.mark.skipif(not COMPILED, reason="NUMBA_DISABLE_JIT=1 leaves nothing to compile")
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        (
+            array_for_number,
+            r"test_part.py, line \d+\): .*setitem\(array\(.*, array\(float64, 1d, C\)\)",
+        ),
+        (number_for_array, r"test_part.py, line \d+\): .*getitem\(float64, "),
+        (assigned_field, r"RowArrays\(.*\)\.lower = "),
+    ],
+)
+def test_a_kernel_that_mixes_numbers_and_arrays_names_its_line(own, message):
+    """The first tick says where the fault is and what it is, instead of a page of Numba."""
+    plan = Stack([[OwnTask(kernel=own)]]).compile(planar_arm((1.0, 1.0)), 1e-3)
+    with pytest.raises(InvalidValue, match=rf"a kernel cannot be compiled.*{message}"):
+        plan.at(np.zeros(2), 0.0)
