@@ -15,6 +15,8 @@ ALLOWED = {
     "bench/accuracy.py": "singular values and steps that the benchmark plants",
     "bench/random_stacks.py": "distances to a limit that the benchmark plants",
     "bench/strictness.py": "weights that are compared, and the accuracy that an oracle is asked for",
+    "figures/algorithms.py": "the least error that a logarithmic axis shows",
+    "figures/singularities.py": "a joint that is nearly fixed, for a slice through a workspace",
     "kinematics/geometry/coal.py": "a thickness",
     "kinematics/objective/function.py": "the step of a difference",
     "kinematics/target.py": "the step of a difference",
