@@ -399,7 +399,7 @@ def four_bar(
 
     Crank and coupler form one chain, the rocker the other; the loop is closed where the frames "loop_a", at
     the end of the coupler, and "loop_b", at the end of the rocker, meet. The posture "closed" has the
-    crank at 1 rad and the elbow up; hold it closed with `LoopTask`.
+    crank at 1 rad and the elbow up; hold it closed with `LoopTask`. The tip is at the end of the coupler.
 
     Args:
         lengths: Crank, coupler, rocker, and the distance of their bases along x (4,) [m].
@@ -437,6 +437,7 @@ def four_bar(
     led = add_chain(model, shapes, rows[2:], ("3",), base, thickness)
     add_frame(model, "loop_a", driven, rows[1].constant)
     add_frame(model, "loop_b", led, rows[2].constant)
+    add_frame(model, "tip", driven, rows[1].constant)
     return Parts(model, shapes, None, "four_bar", {"closed": closed})
 
 

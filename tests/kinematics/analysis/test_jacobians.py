@@ -24,7 +24,7 @@ FRAMES = dict.fromkeys(ARMS, "tip") | {
     "tiago": "arm_tool_link",
     "talos_reduced": "gripper_left_base_link",
 }
-CHAINS = sorted(set(ARMS) - {"parallelogram"})
+CHAINS = sorted(set(ARMS) - {"parallelogram", "four_bar"})
 
 
 @cache

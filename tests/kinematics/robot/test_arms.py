@@ -13,6 +13,7 @@ from taskopt import (
     anthropomorphic_arm,
     anthropomorphic_with_wrist,
     cylindrical_arm,
+    four_bar,
     parallelogram_arm,
     planar_arm,
     scara,
@@ -107,6 +108,7 @@ def planar(q: np.ndarray, lengths: tuple[float, ...]) -> Pose:
 
 
 BUILDERS: dict[str, Callable[..., Robot]] = {
+    "four_bar": four_bar,
     "planar2": partial(planar_arm, (0.5, 0.5)),
     "planar3": planar_arm,
     "parallelogram": parallelogram_arm,
