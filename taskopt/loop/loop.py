@@ -19,7 +19,7 @@ from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMIT
 from taskopt.jit import nanoseconds_preparing
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.one_call import OneCall, one_call
-from taskopt.resolver.base import Memory, Resolver
+from taskopt.resolver.base import Memory, Resolver, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
 _SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
@@ -79,7 +79,8 @@ class Loop:
             t: Time of the start [s].
 
         Raises:
-            InvalidValue: q has the wrong size, or it or a target is not finite.
+            InvalidValue: q has the wrong size, it or a target is not finite, or the first answer of the
+                resolver has not the form that `Resolver` promises.
         """
         q = self.plan.robot.checked_q(q)
         self.plan.start(q, t)
@@ -101,7 +102,8 @@ class Loop:
             A resolution whose velocity may be sent to the robot, see `may_be_sent`.
 
         Raises:
-            InvalidValue: q has the wrong size, or it or a target is not finite.
+            InvalidValue: q has the wrong size, it or a target is not finite, or the first answer without a
+                memory has not the form that `Resolver` promises.
             Infeasible: Hard limits contradict each other, and the policy is "raise".
             NotSolved: There is no answer that may be sent to a robot.
         """
@@ -123,8 +125,11 @@ class Loop:
         begin = _now()
         hierarchy = self.plan.at(q, t)
         built = _now()
-        resolution, self._memory = self.resolver(hierarchy, self._memory)
+        returned = self.resolver(hierarchy, self._memory)
         self._nanoseconds = built - begin, _now() - built
+        if self._memory is None:  # on every tick the check of the form would cost half a microsecond
+            require_answer(returned, self.resolver.name, hierarchy)
+        resolution, self._memory = returned
         return resolution
 
     def _checked(self, answer: Resolution, t: float) -> Resolution:

@@ -131,6 +131,46 @@ class Resolver(Protocol):
         ...
 
 
+def require_answer(returned: object, name: str, hierarchy: Hierarchy) -> tuple[Resolution, Memory]:
+    """Return what a resolver returned, if it has the form of an answer to the hierarchy.
+
+    Args:
+        returned: What it returned.
+        name: Name of the resolver, for the message.
+        hierarchy: The hierarchy that it was given.
+
+    Returns:
+        The same resolution and memory.
+
+    Raises:
+        InvalidValue: It is no pair of a `Resolution` and a `Memory`, the number of unknowns is another one,
+            or the status is no `Status`.
+    """
+    if (
+        isinstance(returned, tuple)
+        and len(returned) == 2
+        and isinstance(returned[0], Resolution)
+        and isinstance(returned[1], Memory)
+        and isinstance(returned[0].status, Status)
+        and returned[0].x.shape == (hierarchy.n,)
+    ):
+        return returned[0], returned[1]
+    fault = _fault_of_answer(returned, hierarchy.n)
+    raise InvalidValue(f"resolver {name} {fault}; taskopt.testing.check_resolver tries its promises")
+
+
+def _fault_of_answer(returned: object, n: int) -> str:
+    """Say what a resolver returned instead of an answer to a hierarchy of n unknowns."""
+    if not isinstance(returned, tuple):
+        return f"returned {type(returned).__name__} instead of the pair (Resolution, Memory)"
+    kinds = ", ".join(type(part).__name__ for part in returned)
+    if len(returned) != 2 or not (isinstance(returned[0], Resolution) and isinstance(returned[1], Memory)):
+        return f"returned ({kinds}) instead of the pair (Resolution, Memory)"
+    if not isinstance(returned[0].status, Status):
+        return f"returned the status {returned[0].status!r} instead of a taskopt.Status"
+    return f"returned x of shape {returned[0].x.shape} instead of ({n},)"
+
+
 def answered(
     hierarchy: Hierarchy,
     x: Array,

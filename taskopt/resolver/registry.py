@@ -11,7 +11,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.damping import POLICIES
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.resolver.base import Resolver, missing_parts
+from taskopt.resolver.base import Resolver, missing_parts, require_answer
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
 from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.fallback import ActiveSetWithFallback
@@ -76,13 +76,13 @@ def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
         Its answer.
 
     Raises:
-        InvalidValue: `hierarchy` is no hierarchy.
+        InvalidValue: `hierarchy` is no hierarchy, or the resolver of a user returns no answer to it.
         UnknownName: There is no such resolver.
         NotInstalled: The package of its solver cannot be imported.
     """
     if not isinstance(hierarchy, Hierarchy):
         raise InvalidValue(f"resolve needs a Hierarchy, got {type(hierarchy).__name__}")
-    return resolver(name)(hierarchy)[0]
+    return require_answer(resolver(name)(hierarchy), name, hierarchy)[0]
 
 
 def as_resolver(value: str | Resolver) -> Resolver:

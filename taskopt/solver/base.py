@@ -2,7 +2,10 @@
 
 from typing import Protocol
 
+import numpy as np
+
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
+from taskopt.hierarchy.status import Status
 
 
 class Solve(Protocol):
@@ -25,3 +28,27 @@ class Solve(Protocol):
             H x + g + Cᵀ y + y_box = 0, so that a multiplier is positive at an upper bound.
         """
         ...
+
+
+def fault_of_solution(found: object, qp: QuadraticProgram) -> str:
+    """Say in which way something is no solution of a program, whatever its numbers are.
+
+    Args:
+        found: What a solver returned.
+        qp: The program that it was given.
+
+    Returns:
+        What was found and what was expected instead, as the end of a sentence; empty for a `Solution` with
+        a `Status` and with arrays of the right shapes.
+    """
+    if not isinstance(found, Solution):
+        return f"returned {type(found).__name__} instead of a taskopt.Solution(x, y, y_box, status)"
+    if not isinstance(found.status, Status):
+        return f"returned the status {found.status!r} instead of a taskopt.Status, such as Status.SOLVED"
+    sizes = {"x": qp.n, "y": len(qp.C), "y_box": qp.n}
+    for name, part in (("x", found.x), ("y", found.y), ("y_box", found.y_box)):
+        if not isinstance(part, np.ndarray):
+            return f"returned {name} as {type(part).__name__} instead of an array of shape ({sizes[name]},)"
+        if part.shape != (sizes[name],):
+            return f"returned {name} of shape {part.shape} instead of ({sizes[name]},)"
+    return ""

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
-from taskopt.solver.base import Solve
+from taskopt.solver.base import Solve, fault_of_solution
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,14 @@ class Solver:
 
         Raises:
             NotInstalled: The package of the solver cannot be imported.
+            InvalidValue: The function of a user returns something else than a solution of this program.
         """
-        return (self.function or _imported(self))(qp, accuracy)
+        if self.function is None:
+            return _imported(self)(qp, accuracy)
+        found = self.function(qp, accuracy)
+        if fault := fault_of_solution(found, qp):
+            raise InvalidValue(f"solver {self.name} {fault}; taskopt.testing.check_solver tries its promises")
+        return found
 
 
 @cache

@@ -2,17 +2,18 @@
 
 import numpy as np
 
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.base import Memory, Resolver, checked, missing_parts
+from taskopt.resolver.base import Resolver, checked, missing_parts, require_answer
 from taskopt.testing.sampling import require
 
 
 def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 20, seed: int = 0) -> None:
     """Check that a resolver keeps what `taskopt.resolver.base.Resolver` promises.
 
-    - It has all parts of the protocol.
+    - It has all parts of the protocol, and returns a `Resolution` and a `Memory`.
     - Where no inequality is active, its answer is its own closed-form answer.
     - A claimed optimum is proven by our certificate, and keeps the hard limits.
     - If it is strict, a lower level never makes a higher one worse.
@@ -79,7 +80,11 @@ def random_hierarchy(seed: int, levels: int = 3, reach: float = 0.5) -> Hierarch
 def _resolve(resolver: Resolver, hierarchy: Hierarchy, where: str) -> Resolution:
     """Resolve, and require that the hierarchy is unchanged and that the answer holds a copy of it."""
     before = hierarchy.buffer.copy()
-    resolution, _ = resolver(hierarchy)
+    returned = resolver(hierarchy)
+    try:
+        resolution, _ = require_answer(returned, resolver.name, hierarchy)
+    except InvalidValue as error:
+        raise AssertionError(str(error)) from error
     require(np.array_equal(before, hierarchy.buffer), f"{resolver.name} changed {where}")
     apart = not np.shares_memory(resolution.problem.buffer, hierarchy.buffer)
     require(apart, f"the answer of {resolver.name} to {where} refers to the arrays of the hierarchy")
@@ -117,7 +122,6 @@ def _check_claim(resolution: Resolution, accuracy: float, where: str) -> None:
 def _check_memory(resolver: Resolver, hierarchy: Hierarchy, accuracy: float, seed: int) -> None:
     """Require that the memory fits, that it is accepted, and that the same memory gives the same answer."""
     cold, memory = resolver(hierarchy)
-    require(isinstance(memory, Memory), f"{resolver.name} returns no Memory but {type(memory).__name__}")
     checked(memory, cold.problem.layout)
     warm, again = resolver(hierarchy, memory)[0], resolver(hierarchy, memory)[0]
     for other, what in ((again, "called twice with its own memory"), (cold, "called without a memory")):

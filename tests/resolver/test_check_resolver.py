@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from taskopt import Controller, JointTask, Stack, planar_arm
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.multipliers import find_multipliers
@@ -144,6 +145,48 @@ def test_the_check_catches_a_resolver_that_lies(lie: Own, sentence: str) -> None
     """Each planted fault is named in the sentence of the error."""
     with pytest.raises(AssertionError, match=sentence):
         check_resolver(lie)
+
+
+class Returning(Own):
+    """It returns something else than a resolution and a memory."""
+
+    def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> Any:
+        resolution, memory = super().__call__(hierarchy, memory)
+        other, _ = ActiveSet()(Hierarchy([Level(np.ones((1, 2)), [1.0])]))
+        wrong = {
+            "nothing": None,
+            "alone": resolution,
+            "swapped": (memory, resolution),
+            "forgotten": (resolution, None),
+            "status": (resolution.replaced("solved"), memory),  # type: ignore[arg-type]
+            "size": (other, memory),
+        }
+        return wrong[self.name]
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("nothing", "returned NoneType instead of the pair"),
+        ("alone", "returned Resolution instead of the pair"),
+        ("swapped", r"returned \(Memory, Resolution\) instead of the pair"),
+        ("forgotten", r"returned \(Resolution, NoneType\) instead of the pair"),
+        ("status", "returned the status 'solved' instead of"),
+        ("size", r"returned x of shape \(2,\) instead of"),
+    ],
+)
+def test_what_is_no_answer_is_named(name: str, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the check, by `resolve` and by a controller: what was returned, and what was expected instead."""
+    monkeypatch.setattr(registry, "_PLAIN", dict(registry._PLAIN))
+    wrong = Returning(name)
+    register_resolver(lambda: wrong)
+    with pytest.raises(AssertionError, match=f"resolver {name} {sentence}"):
+        check_resolver(wrong)
+    with pytest.raises(InvalidValue, match=f"resolver {name} {sentence}"):
+        resolve(Hierarchy([Level(np.ones((1, 3)), [1.0])]), name)
+    arm = planar_arm([0.5, 0.5, 0.5])
+    with pytest.raises(InvalidValue, match=f"resolver {name} {sentence}"):
+        Controller(arm, Stack([[JointTask()]]), wrong).step(np.zeros(3), 0.0)
 
 
 def test_a_memory_of_another_problem_is_caught() -> None:

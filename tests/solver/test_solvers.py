@@ -93,7 +93,7 @@ class Remembering:
     [
         (daqp_but(x=lambda found: found.x + 1e-6), "of random program 0 is"),
         (daqp_but(y=lambda found: -found.y), "of random program 0 is"),
-        (daqp_but(y_box=lambda found: found.y_box[:-1]), "have shapes"),
+        (daqp_but(y_box=lambda found: found.y_box[:-1]), r"y_box of shape \(4,\) instead of \(5,\)"),
         (daqp_but(status=lambda found: Status.FAILED), "claims FAILED of random program 0"),
         (daqp_but(status=lambda found: Status.SOLVED), "contradict each other"),
         (in_place, "changed the arrays"),
@@ -104,6 +104,29 @@ def test_the_check_catches_a_solver_that_lies(lie: Solve, sentence: str) -> None
     """Each planted fault is named in the sentence of the error."""
     with pytest.raises(AssertionError, match=sentence):
         check_solver(lie, proves_infeasible=True)
+
+
+@pytest.mark.parametrize(
+    ("returned", "sentence"),
+    [
+        (None, "returned NoneType instead of a taskopt.Solution"),
+        (np.zeros(2), "returned ndarray instead of a taskopt.Solution"),
+        (Solution(np.zeros(2), np.zeros(0), np.zeros(2), "ok"), "returned the status 'ok' instead of"),  # type: ignore[arg-type]
+        (Solution([0.0], np.zeros(0), np.zeros(2), Status.SOLVED), "returned x as list instead of an array"),  # type: ignore[arg-type]
+        (Solution(np.zeros(9), np.zeros(0), np.zeros(2), Status.SOLVED), r"returned x of shape \(9,\)"),
+    ],
+    ids=["nothing", "array", "status", "list", "shape"],
+)
+def test_what_is_no_solution_is_named(returned: Any, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check and the tick name what a user's solver returned, and what was expected instead."""
+    monkeypatch.setattr(registry, "_known", dict(registry._known))
+    register_solver("mine", lambda qp, accuracy: returned)
+    with pytest.raises(AssertionError, match=f"the solver {sentence}"):
+        check_solver(lambda qp, accuracy: returned)
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [5.0])], box=(-np.ones(2), np.ones(2)))
+    for family in ("hqp", "wqp"):
+        with pytest.raises(InvalidValue, match=f"solver mine {sentence}"):
+            resolve(hierarchy, f"{family}/mine")
 
 
 def test_a_solver_of_ones_own_resolves_hierarchies(monkeypatch: pytest.MonkeyPatch) -> None:
