@@ -243,6 +243,7 @@ def check_after_loss(folder: Path, *lost: str) -> None:
 
 
 @compiled_only
+@pytest.mark.slow
 def test_callee_and_caller_fit_when_one_is_compiled_again(small: Path) -> None:
     """Machine code that calls by name finds its callee, whichever of the two is compiled again."""
     assert run(small)[0] == ANSWER
@@ -265,6 +266,7 @@ def test_callee_and_caller_fit_in_whatever_order_they_were_compiled(small: Path)
 
 
 @compiled_only
+@pytest.mark.slow
 def test_planted_fault_callee_not_loaded(small: Path) -> None:
     """A process that does not load the callee first dies, which the tests above would notice."""
     fault = "from taskopt.jit import Kernel; Kernel.called_by_name = lambda self: (); "
@@ -274,6 +276,7 @@ def test_planted_fault_callee_not_loaded(small: Path) -> None:
 
 
 @compiled_only
+@pytest.mark.slow
 def test_another_checkout_of_the_same_content_compiles_nothing(small: Path) -> None:
     """The folder of compiled kernels is shared, since files are named by content and not by place."""
     assert run(small)[1] != ""
@@ -283,6 +286,7 @@ def test_another_checkout_of_the_same_content_compiles_nothing(small: Path) -> N
 
 
 @compiled_only
+@pytest.mark.slow
 def test_planted_fault_place_in_the_stamp(small: Path) -> None:
     """If the file belonged to the content, the test above would fail."""
     fault = (
@@ -296,6 +300,7 @@ def test_planted_fault_place_in_the_stamp(small: Path) -> None:
 
 
 @compiled_only
+@pytest.mark.slow
 def test_processes_that_compile_at_once_do_not_disturb_each_other(small: Path) -> None:
     """All of them answer, leave no unfinished file, and a later one compiles nothing."""
     command = [sys.executable, "-c", CALL]
@@ -347,6 +352,7 @@ def test_planted_fault_compiled_although_disabled(small: Path) -> None:
 
 
 @compiled_only
+@pytest.mark.slow
 def test_a_bar_on_a_terminal_names_the_kernel(small: Path) -> None:
     """On a terminal a bar says which kernel is being compiled and how many there are."""
     terminal, end = pty.openpty()

@@ -40,7 +40,7 @@ def test_set_up_takes_two_commands_of_one_line() -> None:
     run, test = COMMANDS[:2]
     assert run.startswith("python3 -m venv")
     assert run.endswith("taskopt run tasks/panda_circle.py")
-    assert test.endswith("-m pytest")
+    assert test.endswith("-m pytest -n auto --dist worksteal")
 
 
 @pytest.mark.parametrize("line", [line for line in COMMANDS if line.startswith("taskopt")])

@@ -37,8 +37,14 @@ _NO_CODE = (
 )  # fmt: skip
 
 
+@cache
+def parsed(source: str) -> ast.Module:
+    """Syntax tree of a source, which every rule reads and none changes."""
+    return ast.parse(source)
+
+
 def functions(source: str) -> Iterator[ast.FunctionDef]:
-    yield from (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
+    yield from (node for node in ast.walk(parsed(source)) if isinstance(node, ast.FunctionDef))
 
 
 def is_kernel(node: ast.FunctionDef) -> bool:
@@ -53,7 +59,7 @@ def numbers_of_code(source: str) -> frozenset[int]:
         for token in tokenize.generate_tokens(io.StringIO(source).readline)
         if token.type not in _NO_CODE
     }
-    for owner in ast.walk(ast.parse(source)):
+    for owner in ast.walk(parsed(source)):
         if isinstance(owner, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(owner):
             text = owner.body[0]
             numbers -= set(range(text.lineno, (text.end_lineno or 0) + 1))
@@ -107,7 +113,7 @@ def missing_sections(source: str, documented: frozenset[str] = frozenset()) -> l
     whose sections stand in another class.
     """
     found = []
-    for owner, node in public_definitions(ast.parse(source)):
+    for owner, node in public_definitions(parsed(source)):
         text = ast.get_docstring(node) or ""
         if isinstance(node, ast.ClassDef):
             fields = [
@@ -142,7 +148,7 @@ def documented_methods(sources: list[str]) -> frozenset[str]:
     return frozenset(
         node.name
         for source in sources
-        for owner, node in public_definitions(ast.parse(source))
+        for owner, node in public_definitions(parsed(source))
         if owner and has_section(ast.get_docstring(node) or "", "Args|Returns|Raises")
     )
 
@@ -177,7 +183,7 @@ def unannotated(source: str) -> list[str]:
 
 
 def undocumented(source: str) -> list[str]:
-    tree = ast.parse(source)
+    tree = parsed(source)
     public = [
         node
         for node in tree.body
@@ -211,7 +217,7 @@ def dead_weight(source: str) -> list[str]:
 
 
 def docstrings(source: str) -> Iterator[str]:
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed(source)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             yield from (re.sub(r"\s+", " ", part) for part in (ast.get_docstring(node) or "").split("\n\n"))
 
@@ -229,7 +235,7 @@ def repeated(sources: list[str]) -> list[str]:
 
 def control_flow(source: str) -> list[str]:
     kinds = (ast.If, ast.For, ast.While, ast.Try, ast.With)
-    return [ast.unparse(node)[:60] for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)]
+    return [ast.unparse(node)[:60] for node in ast.walk(parsed(source)) if isinstance(node, kinds)]
 
 
 def read(path: Path) -> str:

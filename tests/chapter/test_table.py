@@ -117,6 +117,7 @@ def test_drawn_figures_lead_to_their_picture_and_conceptual_ones_to_a_test() -> 
     assert all(f"figures/fig_{number.replace('.', '_')}.png" in page for number in drawn)
 
 
+@pytest.mark.slow
 def test_every_test_of_the_table_is_collected() -> None:
     """Pytest finds each of them, so that it runs with the suite."""
     tests = sorted({f"tests/{entry.test}" for entry in BUILT})

@@ -134,7 +134,7 @@ def conflicting() -> Scenario:
     return load_scenario(TASKS / "planar_conflict.py")
 
 
-@pytest.mark.parametrize("name", ["active-set", "hqp/daqp"])
+@pytest.mark.parametrize("name", ["active-set", pytest.param("hqp/daqp", marks=pytest.mark.slow)])
 def test_run_and_controller_agree_through_a_conflict(name: str) -> None:
     """Before, at and after ticks whose limits contradict each other, both send the same, bit by bit."""
     made = conflicting()

@@ -32,6 +32,7 @@ def not_compiled(fault: str = "") -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 def test_every_kernel_is_compiled() -> None:
     """After the warm-up each kernel has machine code, its own or within that of a kernel which calls it."""
