@@ -132,6 +132,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
     from taskopt.kinematics.task import QuaternionTask as QuaternionTask
+    from taskopt.kinematics.task import RelativeFrameTask as RelativeFrameTask
     from taskopt.kinematics.task import Task as Task
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
     from taskopt.kinematics.task.transition import swap as swap
@@ -213,9 +214,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.stack": "Plan Stack",
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
-        "AngleAxisTask BoundTask BoxTask CentreOfMassTask DampingTask During EulerTask FrameTask "
-        "GazeTask GradientTask JointTask LevelDamping LoopTask ObjectiveTask OrientationTask "
-        "PositionTask QuaternionTask Task"
+        "AngleAxisTask BoundTask BoxTask CentreOfMassTask DampingTask During EulerTask "
+        "FrameTask GazeTask GradientTask JointTask LevelDamping LoopTask ObjectiveTask "
+        "OrientationTask PositionTask QuaternionTask RelativeFrameTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

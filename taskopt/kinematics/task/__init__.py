@@ -17,4 +17,5 @@ from taskopt.kinematics.task.objective import ObjectiveTask as ObjectiveTask
 from taskopt.kinematics.task.orientation_error import AngleAxisTask as AngleAxisTask
 from taskopt.kinematics.task.orientation_error import EulerTask as EulerTask
 from taskopt.kinematics.task.orientation_error import QuaternionTask as QuaternionTask
+from taskopt.kinematics.task.relative import RelativeFrameTask as RelativeFrameTask
 from taskopt.kinematics.task.transition import During as During
