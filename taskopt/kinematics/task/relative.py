@@ -143,7 +143,7 @@ class BoundRelative(BoundTask):
         rows.upper[:] = rows.lower
 
     def _relative_motion(self, configuration: Configuration, root: Array, frame: Array) -> Array:
-        """Return (6, nv): ẋ of the frame's origin in the root and its angular velocity, in the root's axes."""
+        """Return w along each velocity, (6, nv): of the frame relative to the root, in the root's axes."""
         J = configuration.jacobian(self._frame)
         of_root = configuration.jacobian(self._root)
         arm = frame[:3, 3] - root[:3, 3]
