@@ -22,12 +22,12 @@ _EXACT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 def problem(rng: np.random.Generator) -> Hierarchy:
     """A random problem; about two of five cannot hold."""
     x = rng.uniform(-0.8, 0.8, JOINTS)
-    high = rng.uniform(1.0, 2.0, JOINTS)
-    low = -high
+    upper_box = rng.uniform(1.0, 2.0, JOINTS)
+    lower_box = -upper_box
     for j in rng.choice(JOINTS, rng.integers(0, 6), replace=False):
         near = rng.choice([0.0, 1e-12, 1e-10, 1e-9])
-        (high if rng.random() < 0.5 else low)[j] = x[j] + near
-    low, high = np.minimum(low, x), np.maximum(high, x)
+        (upper_box if rng.random() < 0.5 else lower_box)[j] = x[j] + near
+    lower_box, upper_box = np.minimum(lower_box, x), np.maximum(upper_box, x)
     m = int(rng.integers(1, 6))
     A = rng.normal(size=(m, JOINTS)) * rng.choice([0.1, 1.0, 10.0])
     A[-1] = A[-1] if rng.random() < 0.7 else rng.choice([-1.0, 0.0, 2.0]) * A[0]
@@ -36,26 +36,28 @@ def problem(rng: np.random.Generator) -> Hierarchy:
     if kind == 1:
         lower = upper = A @ x
     if kind == 2:  # the last row lies beyond the farthest corner of the box, or just within
-        corner = A[-1] @ np.where(A[-1] > 0.0, high, low)
+        corner = A[-1] @ np.where(A[-1] > 0.0, upper_box, lower_box)
         lower[-1] = corner + rng.choice([-1e-7, 1e-12, 1e-7, 1e-6, 1e-3])
         upper[-1] = lower[-1] + 1.0
     if kind == 3:
         lower = A @ x + 2.0 * rng.normal(size=m)
         upper = lower + rng.uniform(0.0, 1.0, m)
     limits = Level(A, lower=lower, upper=upper)
-    return Hierarchy([Level(np.eye(JOINTS), rng.normal(size=JOINTS))], box=(low, high), limits=limits)
+    return Hierarchy(
+        [Level(np.eye(JOINTS), rng.normal(size=JOINTS))], box=(lower_box, upper_box), limits=limits
+    )
 
 
 def least_violation(hierarchy: Hierarchy, kept: set[Side] | None = None) -> float:
     """The least largest violation of the hard limits, or of those kept, by a linear program."""
-    low = np.concatenate([hierarchy.box_lower, hierarchy.limits.lower])
-    high = np.concatenate([hierarchy.box_upper, hierarchy.limits.upper])
+    lower = np.concatenate([hierarchy.box_lower, hierarchy.limits.lower])
+    upper = np.concatenate([hierarchy.box_upper, hierarchy.limits.upper])
     names = [hierarchy.name_of(j, True) for j in range(hierarchy.n)] + list(hierarchy.layout.row_names)
     chosen = None if kept is None else {(side.name, side.side) for side in kept}
     rows: list[Array] = []
     bounds: list[float] = []
     for i, row in enumerate(np.vstack([np.eye(hierarchy.n), hierarchy.limits.A])):
-        for side, sign, bound in (("lower", -1.0, low[i]), ("upper", 1.0, high[i])):
+        for side, sign, bound in (("lower", -1.0, lower[i]), ("upper", 1.0, upper[i])):
             if np.isfinite(bound) and (chosen is None or (names[i], side) in chosen):
                 rows.append(np.append(sign * row, -1.0))
                 bounds.append(sign * float(bound))
@@ -67,7 +69,7 @@ def least_violation(hierarchy: Hierarchy, kept: set[Side] | None = None) -> floa
 
 
 def minimal(hierarchy: Hierarchy, found: Conflict) -> bool:
-    """Whether the members cannot hold, and can without any one of them."""
+    """Return True if the members cannot hold together, but can without any one of them."""
     members = set(found.members)
     without = (least_violation(hierarchy, members - {side}) for side in members)
     return least_violation(hierarchy, members) > 0.0 and all(miss <= UNSURE[1] for miss in without)

@@ -1,4 +1,4 @@
-"""The references themselves: exact on problems with a known answer, and proven on the others."""
+"""The oracles themselves: exact on problems with a known answer, and proven on the others."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_contradicting_limits_have_no_optimum() -> None:
 
 @given(st.integers(0, 2**32 - 1))
 def test_every_reference_has_a_proof_of_its_own(seed: int) -> None:
-    """KKT multipliers exist for it at every level: the references do not rest on one algorithm."""
+    """KKT multipliers exist for it at every level: the oracles do not rest on one algorithm."""
     hierarchy = random_hierarchy(seed)
     assert certify_velocity(hierarchy, lexicographic_optimum(hierarchy)).worst < 1e-11
 

@@ -1,4 +1,4 @@
-"""Exact references: the lexicographic optimum in rational arithmetic, and hierarchies to try it on.
+"""Exact oracles: the lexicographic optimum in rational arithmetic, and hierarchies to try it on.
 
 Every level is a convex quadratic program, solved by a primal active set with Bland's rule on
 `Fraction`s, so that degenerate vertices and ties are decided exactly. Nothing here uses the package
@@ -95,14 +95,14 @@ def random_hierarchy(seed: int, kind: str | None = None) -> Hierarchy:
 
 
 def _row(a: Array, lower: float, upper: float) -> Row:
-    low = None if lower == -np.inf else Fraction(float(lower))
-    high = None if upper == np.inf else Fraction(float(upper))
-    return Row(tuple(Fraction(float(value)) for value in a), low, high)
+    least = None if lower == -np.inf else Fraction(float(lower))
+    most = None if upper == np.inf else Fraction(float(upper))
+    return Row(tuple(Fraction(float(value)) for value in a), least, most)
 
 
 def _rows(hierarchy: Hierarchy, k: int) -> list[Row]:
     level = hierarchy.level(k)
-    return [_row(a, low, high) for a, low, high in zip(level.A, level.lower, level.upper, strict=True)]
+    return [_row(a, lower, upper) for a, lower, upper in zip(level.A, level.lower, level.upper, strict=True)]
 
 
 def _distance(row: Row, z: Sequence[Fraction]) -> Fraction:
@@ -174,8 +174,8 @@ def _minimise(
         if sum((s * d for s, d in zip(slope, p, strict=True)), Fraction(0)) == 0:
             wrong = [
                 (i, side)
-                for (i, side), price in zip(active, y, strict=True)
-                if not rows[i].equality and price * side < 0
+                for (i, side), multiplier in zip(active, y, strict=True)
+                if not rows[i].equality and multiplier * side < 0
             ]
             if not wrong:
                 return z, active

@@ -1,4 +1,4 @@
-"""Prices: what a limit costs is what moving it changes."""
+"""Multipliers: what a limit costs is what moving it changes."""
 
 import numpy as np
 import pytest
@@ -25,9 +25,10 @@ def bound_of(hierarchy: Hierarchy, row: Active) -> tuple[np.ndarray, int]:
 
 
 def slopes(hierarchy: Hierarchy, row: Active) -> list[float]:
-    """∂(½ Σ w d²)/∂bound of the level at which a row has its price, to the left and to the right.
+    """∂(½ Σ w d²)/∂bound of the level at which a row has its multiplier, to the left and to the right.
 
-    Nothing where another row takes its place: two that tie share one price, and only their sum is unique.
+    The list is empty where another row takes its place: two rows that tie share one multiplier, and only
+    the sum of their parts is unique.
     """
     costs, states = [], set()
     for step in (-STEP, 0.0, STEP):
@@ -43,38 +44,38 @@ def slopes(hierarchy: Hierarchy, row: Active) -> list[float]:
     return [(costs[1] - costs[0]) / STEP, (costs[2] - costs[1]) / STEP]
 
 
-def first_prices(resolution: Resolution) -> list[Active]:
-    """Prices of rows at the first level that they cost anything, the norm left out."""
+def first_multipliers(resolution: Resolution) -> list[Active]:
+    """Active rows whose multiplier is not zero at the first level where they count, the norm left out."""
     count = resolution.problem.layout.level_count
     return [row for row in resolution.active if row.level <= count and abs(row.multiplier) > 1e-6]
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_moving_a_limit_changes_the_cost_by_its_price(seed):
+def test_moving_a_limit_changes_the_cost_by_its_multiplier(seed):
     """∂(½ Σ w d²)/∂bound = −multiplier at the level where it binds, by actually moving the bound."""
     hierarchy = random_hierarchy(seed)
     resolution = ActiveSet()(hierarchy)[0]
-    for row in first_prices(resolution):
+    for row in first_multipliers(resolution):
         sides = slopes(hierarchy, row)
         if not sides:
             continue
         left, right = sides
-        low, high = min(sides), max(sides)
+        least, most = min(sides), max(sides)
         slack = 20.0 * STEP * max(1.0, abs(row.multiplier), abs(left), abs(right))
-        assert low - slack <= -row.multiplier <= high + slack, (row, left, right)
+        assert least - slack <= -row.multiplier <= most + slack, (row, left, right)
 
 
-def test_a_price_of_the_wrong_sign_is_caught():
-    """The check above tells y from −y: x ≤ 1 keeps x = 3 from being met, at the price 2."""
+def test_a_multiplier_of_the_wrong_sign_is_caught():
+    """The check above tells y from −y: x ≤ 1 keeps x = 3 from being met, and its multiplier is 2."""
     hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-1.0], [1.0]))
-    (row,) = first_prices(ActiveSet()(hierarchy)[0])
+    (row,) = first_multipliers(ActiveSet()(hierarchy)[0])
     assert row.multiplier == pytest.approx(2.0)
     assert slopes(hierarchy, row) == pytest.approx([-2.0, -2.0], rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "hqp/clarabel"])
-def test_every_limit_has_its_price_at_the_first_level_that_it_binds(name):
-    """x + y ≤ 1 is met at no price, x ≤ 1.5 costs x = 2 half a unit, and then x + y ≤ 1 costs y = 3."""
+def test_every_limit_has_its_multiplier_at_the_first_level_that_it_binds(name):
+    """x + y ≤ 1 costs its own level nothing, x ≤ 1.5 costs x = 2 half a unit, then x + y ≤ 1 costs y = 3."""
     levels = [
         Level([[1.0, 1.0]], upper=[1.0], name="keep"),
         Level([[1.0, 0.0]], [2.0]),

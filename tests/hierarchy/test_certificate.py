@@ -57,10 +57,10 @@ def test_a_wrong_sign_of_any_multiplier_is_caught(seed):
     problem = resolution.problem
     equal = np.concatenate([problem.box_lower == problem.box_upper, problem.lower == problem.upper])
     for column in np.flatnonzero((resolution.state != 0) & ~equal):
-        prices = resolution.multipliers[:, column]
-        level = int(np.argmax(np.abs(prices) > 1e-6))
+        multipliers = resolution.multipliers[:, column]
+        level = int(np.argmax(np.abs(multipliers) > 1e-6))
         own = problem.layout.offsets[level + 1] + problem.n <= column
-        if abs(prices[level]) > 1e-6 and not own:
+        if abs(multipliers[level]) > 1e-6 and not own:
             wrong = resolution.multipliers.copy()
             wrong[level, column] *= -1.0
             assert not certify(hierarchy, resolution.x, wrong).proves()
@@ -82,7 +82,7 @@ def test_levels_in_the_wrong_order_are_refused():
 
 
 def test_multipliers_that_cancel_prove_nothing():
-    """Two equal rows with prices ±1e12 are stationary whatever x is; level 3 still wants x₁ = 1."""
+    """Two equal rows with multipliers ±1e12 are stationary whatever x is; level 3 still wants x₁ = 1."""
     same = Level([[1.0, 0.0]], [0.0])
     hierarchy = Hierarchy([same, same, Level([[0.0, 1.0]], [1.0])])
     multipliers = np.zeros((4, 5))

@@ -53,12 +53,12 @@ def test_the_price_is_the_derivative_of_the_cost() -> None:
         hierarchy = Hierarchy([Level([[2.0]], [6.0], weight=3.0)], box=([-5.0], [limit]))
         costs.append(hierarchy.levels[0].cost(np.array([limit])))
     hierarchy = Hierarchy([Level([[2.0]], [6.0], weight=3.0)], box=([-5.0], [1.0]))
-    price = find_multipliers(hierarchy, np.array([1.0]))[0, 0]
-    assert price == pytest.approx(-(costs[1] - costs[0]) / 1e-6, rel=1e-5)
+    multiplier = find_multipliers(hierarchy, np.array([1.0]))[0, 0]
+    assert multiplier == pytest.approx(-(costs[1] - costs[0]) / 1e-6, rel=1e-5)
 
 
 def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
-    """Dependent to 1e-13, they could fit any gradient with prices of 1e13: those of a wrong x stay small."""
+    """Dependent to 1e-13, they could fit any gradient, by multipliers of 1e13."""
     rng = np.random.default_rng(0)
     for _ in range(40):
         row = rng.normal(size=4)
@@ -71,7 +71,7 @@ def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
 
 
 def test_only_the_bound_that_is_met_has_a_price() -> None:
-    """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the price, and the certificate refuses it there."""
+    """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the multiplier, and the certificate refuses it."""
     assert AT_BOUND <= PROVEN
     near = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [0.5 + 5e-8]), limits=Level([[1.0]], upper=[0.5]))
     y = find_multipliers(near, np.array([0.5]))

@@ -1,4 +1,4 @@
-"""Stacks: what a plan fills, when references start, which limits own the box, and refusals."""
+"""Stacks: what a plan fills, when targets start, which limits own the box, and refusals."""
 
 import numpy as np
 import pytest
@@ -105,8 +105,8 @@ def test_the_compiled_tick_fills_what_each_task_fills_alone(name):
     """One kernel over all parts gives the rows of the parts, at generic q and t, tick after tick."""
     of = robot(name)
     q0 = generic_q(of, 0)
-    reference = tumbling(Configuration(of, q0).pose(FRAMES[name]), 1)
-    stack = stack_of_everything(name, reference)
+    target = tumbling(Configuration(of, q0).pose(FRAMES[name]), 1)
+    stack = stack_of_everything(name, target)
     plan = stack.compile(of, DT)
     plan.start(q0, 0.0)
     tasks = [task for level in stack.levels for task in level]
@@ -222,7 +222,7 @@ def test_one_declaration_serves_two_plans():
 
 
 def test_a_look_is_a_copy():
-    """`stack.at` gives a hierarchy of its own, with references begun there at time 0."""
+    """`stack.at` gives a hierarchy of its own, with targets begun there at time 0."""
     of = robot("planar")
     at = Configuration(of, generic_q(of, 0))
     stack = stack_of_everything("planar", Circle(0.1, 2.0, toward=(1, 0, 0), along=(0, 1, 0)))
@@ -268,8 +268,8 @@ def test_a_target_that_is_not_finite_names_its_task(velocity, rate):
     """NaN in a value, in a velocity, or inf in a rate stops the tick with the name of the task."""
     of = robot("panda")
     target = Latest()
-    reference = target if rate is None else Function(lambda t: [0.4, 0.0, 0.4], rate)
-    plan = Stack([[JointTask()], [FrameTask("panda_hand", target=reference)]]).compile(of, DT)
+    moving = target if rate is None else Function(lambda t: [0.4, 0.0, 0.4], rate)
+    plan = Stack([[JointTask()], [FrameTask("panda_hand", target=moving)]]).compile(of, DT)
     q = generic_q(of, 0)
     if rate is None:
         plan.at(q, 0.0)

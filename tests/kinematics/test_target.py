@@ -1,4 +1,4 @@
-"""References: values, exact rates, ends, timing laws, and refusals."""
+"""Targets: values, exact rates, ends, timing laws, and refusals."""
 
 import numpy as np
 import pinocchio as pin
@@ -202,7 +202,7 @@ def test_a_senseless_reference_is_refused_where_it_is_written(make, error, says)
 
 
 def test_a_bare_value_is_held():
-    """as_target leaves references alone and wraps the rest."""
+    """as_target leaves targets alone and wraps the rest."""
     line = Line(to=GOAL, duration=1.0)
     assert as_target(line) is line
     assert isinstance(as_target(GOAL), Hold)

@@ -65,8 +65,8 @@ def objectives(name: str) -> list[Objective]:
 def place(name: str, seed: int) -> tuple[Configuration, Array]:
     """A random configuration inside the position limits, and the rows of its hands."""
     of, rng = robot(name), np.random.default_rng(seed)
-    low, high = np.maximum(of.position_lower, -3.0), np.minimum(of.position_upper, 3.0)
-    at = Configuration(of, rng.uniform(low, high))
+    lower, upper = np.maximum(of.position_lower, -3.0), np.minimum(of.position_upper, 3.0)
+    at = Configuration(of, rng.uniform(lower, upper))
     return at, np.vstack([at.jacobian(frame)[ROWS[name]] for frame in FRAMES[name]])
 
 

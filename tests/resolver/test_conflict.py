@@ -25,13 +25,13 @@ def random_limits(seed: int) -> Hierarchy:
 
 
 def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> bool:
-    """Whether the sides kept have a common point: a linear program, by an independent solver."""
+    """Return True if the sides kept have a common point: a linear program, by an independent solver."""
     layout, rows, bounds = hierarchy.layout, [], []
-    low = [*hierarchy.box_lower, *hierarchy.limits.lower]
-    high = [*hierarchy.box_upper, *hierarchy.limits.upper]
+    all_lower = [*hierarchy.box_lower, *hierarchy.limits.lower]
+    all_upper = [*hierarchy.box_upper, *hierarchy.limits.upper]
     names = [hierarchy.name_of(j, True) for j in range(hierarchy.n)] + list(layout.row_names)
     for row, name, lower, upper in zip(
-        [*np.eye(hierarchy.n), *hierarchy.limits.A], names, low, high, strict=False
+        [*np.eye(hierarchy.n), *hierarchy.limits.A], names, all_lower, all_upper, strict=False
     ):
         for side, sign, bound in (("lower", -1.0, lower), ("upper", 1.0, upper)):
             if np.isfinite(bound) and (all_sides or Side(name, side, float(bound)) in kept):

@@ -1,4 +1,4 @@
-"""`hqp/<solver>`: the raw answer of each solver against exact references and closed forms."""
+"""`hqp/<solver>`: the raw answer of each solver against exact oracles and closed forms."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The leak of a level: nothing for the optimum, what was given up for anything else."""
+"""The regret of a level: nothing for the optimum, what was given up for anything else."""
 
 import numpy as np
 import pytest

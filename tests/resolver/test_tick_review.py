@@ -56,7 +56,7 @@ def test_where_nothing_binds_there_is_no_cause(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "wqp/daqp"])
 def test_limits_that_bind_are_the_cause_by_name(name: str) -> None:
-    """All that have a price, with their side, and nothing else."""
+    """The causes are all limits that have a multiplier, with their side, and nothing else."""
     resolution = resolve(stack(0.5), name)
     assert resolution.review is not None
     assert kinds(resolution) == {"limit"}

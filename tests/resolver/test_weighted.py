@@ -35,7 +35,7 @@ def test_the_answer_is_certified_for_the_problem_it_answers(name: str) -> None:
 
 
 def test_where_nothing_binds_it_is_weighted_least_squares() -> None:
-    """The closed-form twin, with any norm, to 1e-9."""
+    """The closed-form answer is met to 1e-9, with any norm."""
     rng = np.random.default_rng(5)
     L = rng.normal(size=(5, 5)) + 3.0 * np.eye(5)
     for norm in (None, rng.uniform(0.5, 2.0, 5), L.T @ L):

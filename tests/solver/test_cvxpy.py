@@ -61,7 +61,7 @@ def test_solvers_of_cvxpy_give_the_same_answer(engine: str) -> None:
 @given(SEEDS)
 @settings(max_examples=20, deadline=None)
 def test_bounds_are_kept_and_have_the_multipliers_of_an_optimum(seed: int) -> None:
-    """W q̇ = Jᵀ λ but for joints at a bound, whose price has the sign of its side."""
+    """W q̇ = Jᵀ λ but for joints at a bound, whose multiplier has the sign of its side."""
     J, v, _, W = problem(seed)
     free = chapter.least_norm(J, v, W)
     bound = 0.9 * np.abs(free).max()

@@ -38,10 +38,10 @@ def test_optimum_and_multipliers_are_as_accurate_as_the_table_says(engine: Solve
 @pytest.mark.parametrize("engine", EXACT, ids=lambda row: row.name)
 def test_all_solvers_find_one_optimum(engine: Solver) -> None:
     """A strictly convex program has one optimum, so solvers differ by no more than they promise."""
-    reference = solver("daqp")
+    other = solver("daqp")
     for seed in range(20):
         qp = random_program(seed)
-        apart = np.abs(engine(qp).x - reference(qp).x).max()
+        apart = np.abs(engine(qp).x - other(qp).x).max()
         assert apart < 1e2 * engine.accuracy / np.linalg.eigvalsh(qp.H)[0]
 
 

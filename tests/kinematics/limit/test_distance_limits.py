@@ -216,11 +216,11 @@ def test_every_kind_of_resolver_takes_the_rows(resolver):
     obstacle = Sphere(at.pose("panda_hand")[:3, 3] + [0.0, 0.15, 0.0], 0.08)
     limits = [JointPositionLimit(), JointVelocityLimit(), ObstacleLimit([obstacle]), SelfCollisionLimit()]
     hierarchy = Stack(levels=[[pushed]], limits=limits).at(at, 1e-3)
-    reference = resolve(hierarchy, "active-set")
+    exact = resolve(hierarchy, "active-set")
     resolution = resolve(hierarchy, resolver)
     assert np.abs(resolution.certificate.residuals).max() < 1e-6
     if not resolver.startswith("wqp"):
-        np.testing.assert_allclose(resolution.v, reference.v, atol=1e-5)
+        np.testing.assert_allclose(resolution.v, exact.v, atol=1e-5)
     assert any(active.name.startswith("obstacle/panda_hand – sphere") for active in resolution.active)
 
 

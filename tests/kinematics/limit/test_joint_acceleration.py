@@ -15,10 +15,12 @@ from tests.helpers.robots import robot
 MANY = 10_000
 
 
-def bounds_of(q, v, dt, a, fastest, low, high):
+def bounds_of(q, v, dt, a, fastest, q_lower, q_upper):
     """(2, N): the kernel's bounds for N joints with one number each."""
-    q, v, a, fastest, low, high = np.broadcast_arrays(*np.atleast_1d(q, v, a, fastest, low, high))
-    of_joint = np.column_stack([v, a * dt, fastest, low, high])
+    q, v, a, fastest, q_lower, q_upper = np.broadcast_arrays(
+        *np.atleast_1d(q, v, a, fastest, q_lower, q_upper)
+    )
+    of_joint = np.column_stack([v, a * dt, fastest, q_lower, q_upper])
     bounds = np.repeat([[-np.inf], [np.inf], [0.0], [0.0]], q.size, axis=1)
     program = np.repeat(np.arange(q.size), 2)
     state = RobotState(q.astype(float), np.zeros((6, 1), order="F"), np.zeros((1, 12)))
@@ -29,9 +31,9 @@ def bounds_of(q, v, dt, a, fastest, low, high):
 def random_joints(seed):
     """N joints: start, range, acceleration and speed over decades."""
     rng = np.random.default_rng(seed)
-    low, high = -rng.uniform(0.01, 3.0, MANY), rng.uniform(0.01, 3.0, MANY)
+    q_lower, q_upper = -rng.uniform(0.01, 3.0, MANY), rng.uniform(0.01, 3.0, MANY)
     a, fastest = 10.0 ** rng.uniform(-1, 3, MANY), 10.0 ** rng.uniform(-1, 1, MANY)
-    return rng, rng.uniform(low, high), a, fastest, low, high
+    return rng, rng.uniform(q_lower, q_upper), a, fastest, q_lower, q_upper
 
 
 def chosen(rng, bounds, habit):
@@ -45,17 +47,17 @@ def chosen(rng, bounds, habit):
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2, 0.1])
 def test_ten_thousand_random_sequences_stay_inside_and_always_have_a_choice(dt):
     """From rest, whatever is chosen within bounds, 200 steps: never empty, outside, too fast, too hard."""
-    rng, q, a, fastest, low, high = random_joints(int(1e4 * dt))
+    rng, q, a, fastest, q_lower, q_upper = random_joints(int(1e4 * dt))
     habit, v = rng.integers(0, 4, MANY), np.zeros(MANY)
     for _ in range(200):
-        bounds = bounds_of(q, v, dt, a, fastest, low, high)
+        bounds = bounds_of(q, v, dt, a, fastest, q_lower, q_upper)
         assert (bounds[0] <= bounds[1]).all()
         after = chosen(rng, bounds, habit)
         assert (np.abs(after - v) <= a * dt + 1e-9).all()
         assert (np.abs(after) <= fastest + 1e-9).all()
         v, q = after, q + after * dt
-        assert (q <= high + 1e-9).all()
-        assert (q >= low - 1e-9).all()
+        assert (q <= q_upper + 1e-9).all()
+        assert (q >= q_lower - 1e-9).all()
 
 
 def test_the_bound_of_continuous_time_is_caught():
@@ -71,11 +73,11 @@ def test_the_bound_of_continuous_time_is_caught():
 
 def test_a_hair_more_than_the_bound_cannot_be_stopped_in_time():
     """The bound is exact: at v⁺ + 1e-6 the hardest brakes end beyond q_max, at v⁺ they end on it."""
-    rng, q, a, _, low, high = random_joints(3)
+    rng, q, a, _, q_lower, q_upper = random_joints(3)
     dt = 1e-2
-    v = np.maximum(bounds_of(q, 0.0, dt, 1e9, 1e9, low, high)[1], 0.0)  # so fast that position binds
+    v = np.maximum(bounds_of(q, 0.0, dt, 1e9, 1e9, q_lower, q_upper)[1], 0.0)  # so fast that position binds
     v = np.minimum(v, a * dt * rng.uniform(0.0, 40.0, MANY))
-    upper = bounds_of(q, v, dt, a, np.inf, low, high)[1]
+    upper = bounds_of(q, v, dt, a, np.inf, q_lower, q_upper)[1]
     binding = (upper < v + a * dt) & (upper > v - a * dt)
     assert binding.sum() > 100
     for excess, ends_beyond in ((0.0, False), (1e-6, True)):
@@ -84,8 +86,8 @@ def test_a_hair_more_than_the_bound_cannot_be_stopped_in_time():
         while (speed > 0.0).any():
             speed = np.maximum(speed - a[binding] * dt, 0.0)
             end = end + speed * dt
-        assert ((end > high[binding] + 1e-9) == ends_beyond).all()
-        assert (np.abs(end - high[binding]) < 1e-9 + excess * 100).all()
+        assert ((end > q_upper[binding] + 1e-9) == ends_beyond).all()
+        assert (np.abs(end - q_upper[binding]) < 1e-9 + excess * 100).all()
 
 
 @pytest.mark.parametrize("wanted", [-5.0, 0.0, 5.0])

@@ -32,10 +32,10 @@ def within(of, seed, edge):
     rng = np.random.default_rng(seed)
     q = generic_q(of, seed)
     columns, at = places(of)
-    low = np.maximum(of.position_lower[columns], -5.0)
-    high = np.minimum(of.position_upper[columns], 5.0)
-    inside = np.minimum(edge, 0.5 * (high - low))
-    spots = np.stack([low, high, low + inside, high - inside, rng.uniform(low, high)])
+    lower = np.maximum(of.position_lower[columns], -5.0)
+    upper = np.minimum(of.position_upper[columns], 5.0)
+    inside = np.minimum(edge, 0.5 * (upper - lower))
+    spots = np.stack([lower, upper, lower + inside, upper - inside, rng.uniform(lower, upper)])
     q[at] = spots[rng.integers(0, 5, len(at)), np.arange(len(at))]
     return q
 

@@ -114,7 +114,7 @@ def test_damping_works_inside_limits_and_in_a_control_loop() -> None:
 
 
 def test_a_target_that_moves_changes_the_damping_with_the_tick() -> None:
-    """Rows of the last tick do not leak into the next one."""
+    """Nothing of the rows of the last tick stays in the next one."""
     at, near = panda(1.0), panda(1e-3)
     plan = stack(at, LevelDamping(Chiaverini())).compile(at.robot, DT)
     plan.start(at.q)

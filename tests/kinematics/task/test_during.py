@@ -69,7 +69,7 @@ def test_before_and_after_it_is_the_stack_without_and_with_the_task(case):
 
 
 def test_a_task_holds_the_place_where_it_begins():
-    """A reference that begins at the start is anchored when its task begins, not when the run does."""
+    """A target that begins at the start is anchored when its task begins, not when the run does."""
     of, dt = robot("panda"), 1e-2
     hold = During(PositionTask("panda_hand", gain=20.0), begin=0.5, blend=0.1)
     move = During(JointTask(generic_q(of, 9), gain=2.0), end=0.5, blend=0.0)

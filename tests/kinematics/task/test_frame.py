@@ -31,8 +31,8 @@ TOLERANCE = 2e-8  # h² of the differences times third derivatives of order 100
 def test_rows_are_the_derivative_of_the_error_along_any_motion_of_robot_and_target(name, kind):
     """ė = ẋ_d − A v, with the target tumbling and the robot in generic motion."""
     of = robot(name)
-    reference = tumbling(Configuration(of, generic_q(of, 5)).pose(FRAMES[name]), seed=6)
-    task = TASKS[kind](FRAMES[name], reference)
+    target = tumbling(Configuration(of, generic_q(of, 5)).pose(FRAMES[name]), seed=6)
+    task = TASKS[kind](FRAMES[name], target)
     assert max(derivative_mismatch(task, of, seed) for seed in range(4)) < TOLERANCE
 
 

@@ -40,7 +40,7 @@ def rows_of(task, at: Configuration, t: float = 0.0):
     return hierarchy.A, hierarchy.lower
 
 
-def settle(kind: str, start: np.ndarray, goal: np.ndarray, seconds: float = 4.0) -> list[float]:
+def angles_on_the_way(kind: str, start: np.ndarray, goal: np.ndarray, seconds: float = 4.0) -> list[float]:
     """Angles ϑ [rad] between the arm's tip and a still goal (3, 3), at every tick."""
     task = KINDS[kind](target=goal, gain=GAIN)
     control, q, angles = Controller(ARM, Stack([[task]]), "active-set", DT), start.copy(), []
@@ -138,7 +138,7 @@ def test_no_error_stops_short(kind: str, angle: float) -> None:
     """From 30°, 90°, 143° and 180° away each task brings the tip to its goal; nothing stops silently."""
     start = np.array([0.3, 0.4, 1.9, 0.2, 1.1, -0.3])
     R = Configuration(ARM, start).pose("tip")[:3, :3]
-    angles = settle(kind, start, exp3(angle * np.array([0.6, 0.0, 0.8])) @ R)
+    angles = angles_on_the_way(kind, start, exp3(angle * np.array([0.6, 0.0, 0.8])) @ R)
     assert angles[0] == pytest.approx(angle, abs=1e-7)
     assert angles[-1] < 1e-3
 
@@ -149,7 +149,7 @@ def test_the_frame_turns_by_the_shortest_way(kind: str) -> None:
     start = np.array([0.3, 0.4, 1.9, 0.2, 1.1, -0.3])
     R = Configuration(ARM, start).pose("tip")[:3, :3]
     for angle in (1.0, 1.5, 1.65, 3.0):
-        angles = settle(kind, start, exp3(angle * np.array([0.0, 0.6, 0.8])) @ R, seconds=1.0)
+        angles = angles_on_the_way(kind, start, exp3(angle * np.array([0.0, 0.6, 0.8])) @ R, seconds=1.0)
         assert (np.diff(angles) < 1e-9).all()
 
 
@@ -167,7 +167,7 @@ def test_errors_die_out_as_their_equations_say(kind: str, law) -> None:
     """ϑ of ė = −K e, of sin ϑ likewise, and of ϑ̇ = −K sin(ϑ/2), to first order in Δt."""
     start = np.array([0.3, 0.4, 1.9, 0.2, 1.1, -0.3])
     R = Configuration(ARM, start).pose("tip")[:3, :3]
-    angles = settle(kind, start, exp3([0.0, 0.4, 0.0]) @ R, seconds=0.6)
+    angles = angles_on_the_way(kind, start, exp3([0.0, 0.4, 0.0]) @ R, seconds=0.6)
     expected = law(DT * np.arange(len(angles)))
     np.testing.assert_allclose(angles, expected, atol=0.4 * GAIN * DT)
 

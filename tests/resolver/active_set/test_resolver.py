@@ -83,7 +83,7 @@ def test_memory_changes_the_time_but_not_the_answer(seed):
 @given(SEEDS)
 @settings(deadline=None, max_examples=60)
 def test_the_fast_path_never_changes_the_answer(seed):
-    """The closed form of a normal tick and the general walk agree wherever the former is accepted."""
+    """The fast path and the search agree wherever the answer of the fast path is accepted."""
     hierarchy = random_hierarchy(seed)
     np.testing.assert_allclose(
         ActiveSet(fast_path=True)(hierarchy)[0].x, ActiveSet(fast_path=False)(hierarchy)[0].x, atol=1e-9
@@ -130,7 +130,7 @@ def test_bounds_within_a_hair_of_the_optimum_are_no_trap(block):
 
 
 def test_ticks_that_swing_between_two_active_sets_are_guessed_right():
-    """After two swings one factorisation a tick; a memory of one tick needs more at every tick."""
+    """After two alternations one factorisation a tick; a memory of one tick needs more at every tick."""
     there, back = _swinging(1.0), _swinging(-1.0)
     memory, short, told, forgetful = None, None, [], []
     for k in range(12):

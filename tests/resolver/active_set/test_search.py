@@ -1,4 +1,4 @@
-"""The walk where rounding would decide: prices near zero, bounds that tie, rows that are tiny."""
+"""The search where rounding would decide: multipliers near zero, bounds that tie, rows that are tiny."""
 
 import numpy as np
 import pytest
