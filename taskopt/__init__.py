@@ -125,8 +125,10 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import FrameTask as FrameTask
     from taskopt.kinematics.task import GazeTask as GazeTask
     from taskopt.kinematics.task import GradientTask as GradientTask
+    from taskopt.kinematics.task import JointCouplingTask as JointCouplingTask
     from taskopt.kinematics.task import JointTask as JointTask
     from taskopt.kinematics.task import LevelDamping as LevelDamping
+    from taskopt.kinematics.task import LinearHolonomicTask as LinearHolonomicTask
     from taskopt.kinematics.task import LoopTask as LoopTask
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
@@ -215,8 +217,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
         "AngleAxisTask BoundTask BoxTask CentreOfMassTask DampingTask During EulerTask "
-        "FrameTask GazeTask GradientTask JointTask LevelDamping LoopTask ObjectiveTask "
-        "OrientationTask PositionTask QuaternionTask RelativeFrameTask Task"
+        "FrameTask GazeTask GradientTask JointCouplingTask JointTask LevelDamping "
+        "LinearHolonomicTask LoopTask ObjectiveTask OrientationTask PositionTask "
+        "QuaternionTask RelativeFrameTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

@@ -3,6 +3,8 @@
 from taskopt.kinematics.task.base import BoundTask as BoundTask
 from taskopt.kinematics.task.base import Task as Task
 from taskopt.kinematics.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask
+from taskopt.kinematics.task.coupling import JointCouplingTask as JointCouplingTask
+from taskopt.kinematics.task.coupling import LinearHolonomicTask as LinearHolonomicTask
 from taskopt.kinematics.task.damping import DampingTask as DampingTask
 from taskopt.kinematics.task.frame import FrameTask as FrameTask
 from taskopt.kinematics.task.frame import OrientationTask as OrientationTask
