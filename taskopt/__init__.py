@@ -139,6 +139,11 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
     from taskopt.kinematics.task.transition import swap as swap
     from taskopt.loop.controller import Controller as Controller
+    from taskopt.loop.pose.solution import GoalError as GoalError
+    from taskopt.loop.pose.solution import PoseSolution as PoseSolution
+    from taskopt.loop.pose.solution import Verdict as Verdict
+    from taskopt.loop.pose.solver import PoseSolver as PoseSolver
+    from taskopt.loop.pose.solver import solve_pose as solve_pose
     from taskopt.loop.run import Step as Step
     from taskopt.loop.run import run as run
     from taskopt.loop.scenario import Scenario as Scenario
@@ -223,6 +228,8 @@ _NAMES = {  # module: the names that live there
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",
+    "taskopt.loop.pose.solution": "GoalError PoseSolution Verdict",
+    "taskopt.loop.pose.solver": "PoseSolver solve_pose",
     "taskopt.loop.run": "run Step",
     "taskopt.loop.scenario": "load_scenario Scenario",
     "taskopt.resolver.active_set.resolver": "ActiveSet",

@@ -442,6 +442,49 @@ JACOBI_DONE = 1e-12
 Smaller: one sweep more than is needed. Larger: the singular values lose digits.
 """
 
+# --- Static inverse kinematics: loop/pose --------------------------------------------------------------
+
+GOAL_POSITION = 1e-6
+"""[m] Error of a position up to which a goal counts as met, and depth inside a margin that does not count.
+
+Smaller: Newton's method takes another step, and many more at a singularity, where it converges linearly.
+Larger: a tool ends visibly beside its goal.
+"""
+
+GOAL_ORIENTATION = 1e-6
+"""[rad] Error of an orientation up to which a goal counts as met.
+
+Smaller: as for GOAL_POSITION. Larger: a tool is turned by that much, and its far end is off by that times
+its length.
+"""
+
+GOAL_OTHER = 1e-6
+"""Error of a goal that is neither in metres nor in radians, in its own unit, up to which it counts as met.
+
+Smaller: as for GOAL_POSITION. Larger: the goal is met less exactly.
+"""
+
+MERIT_NOISE = 1e-9
+"""Growth of the merit, relative, that is taken for rounding when a step of a descent is judged.
+
+Smaller: steps at an optimum are halved many times for their rounding errors. Larger: a descent may climb by
+that share on each of its steps, and stop where it is not at rest.
+"""
+
+POSTURE_AT_REST = 1e-6
+"""[rad, m] Step of a joint up to which the levels below the goals count as being at rest.
+
+They converge linearly. Smaller: more ticks for digits that nobody sees. Larger: the posture stops short of
+the one that the lower levels ask for.
+"""
+
+STEP_STILL = 1e-9
+"""[rad, m] Step of a joint up to which a descent has ended.
+
+Smaller: a descent that is stuck halves its steps more often before it gives up. Larger: the least error of
+a goal out of reach is found less exactly.
+"""
+
 # --- Records of a run: record -----------------------------------------------------------------------
 
 SHOWN_VIOLATION = 1e-9

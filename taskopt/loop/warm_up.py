@@ -36,6 +36,7 @@ from taskopt.kinematics.task import (
     Task,
 )
 from taskopt.loop.controller import Controller
+from taskopt.loop.pose.solver import PoseSolver
 from taskopt.resolver.active_set.resolver import ActiveSet
 
 _LENGTHS = (0.4, 0.4, 0.4, 0.4)  # [m]
@@ -53,6 +54,7 @@ def warm_up() -> None:
             control = Controller(robot, stack, ActiveSet(fast_path=fast_path))
             control.start(_START)
             control.step(_START, 0.001)
+    PoseSolver(_bare_arm(), {"tip": Configuration(_bare_arm(), _START).pose("tip")}).solve()
     Configuration(_bare_arm(), _START).hessian("tip")
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):

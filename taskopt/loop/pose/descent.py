@@ -1,0 +1,237 @@
+"""From one start to the goals, or to the nearest rest: Newton's steps of a stack inside a trust region.
+
+    v = the resolution of the stack at q, with gain 1 and Δt = 1 s, each |v_j| ≤ r
+    q ⊕ v has the smaller merit: go on from there, with a larger r where the merit fell to less than half
+    else: halve v, and let r be its largest entry
+
+The merit is φ = E_1 + ν E_2 + ν² E_3 + …, with E_k = Σ w e² of the errors of level k. It only judges steps;
+their direction is that of the strict stack. Where level k cannot be met, a descent may end with an error of
+order ν in the level before, so the last descents to an end that is reported take smaller ν. Every step keeps
+the limits, since with v they also allow every fraction of it.
+
+Source:
+    Nocedal and Wright (2006), Numerical Optimization, Sect. 4.1 (trust regions in a box) and 10.3
+    (least squares).
+"""
+
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+from taskopt.arrays import Array, IntArray
+from taskopt.errors import NotSolved
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.tolerances import (
+    GOAL_ORIENTATION,
+    GOAL_OTHER,
+    GOAL_POSITION,
+    MERIT_NOISE,
+    POSTURE_AT_REST,
+    STEP_STILL,
+)
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.stack import Plan, Stack
+from taskopt.kinematics.task import BoundTask
+from taskopt.loop.loop import Loop
+from taskopt.loop.pose.solution import GoalError
+from taskopt.loop.pose.stack import LARGEST_STEP, STEP, BoundTrustRegion
+from taskopt.resolver.registry import as_resolver
+
+_SHARE = 0.01  # ν, what a level counts in the merit beside the level before
+_POLISH = (_SHARE, _SHARE**2, _SHARE**3)  # ν of the descents to an end that is reported
+_POLISH_TICKS = 100  # of each of them
+_ALLOWED = GoalError(GOAL_POSITION, GOAL_ORIENTATION, GOAL_OTHER)
+
+
+class End(NamedTuple):
+    """Where a descent ended.
+
+    Attributes:
+        q: The posture, (nq,) [rad, m].
+        met: True if the goals are met there.
+        merit: φ there.
+        iterations: Number of ticks.
+        still: True if the last step was shorter than what counts as a step.
+    """
+
+    q: Array
+    met: bool
+    merit: float
+    iterations: int
+    still: bool
+
+
+class _Measured(NamedTuple):
+    """A bound task with its rows in metres, in radians, and in other units."""
+
+    task: BoundTask
+    rows: tuple[IntArray, IntArray, IntArray]
+
+
+class Descent:
+    """The descents of one stack of one robot, with all memory allocated.
+
+    Args:
+        stack: The stack, with a `TrustRegion` among its limits.
+        robot: The robot.
+        required: Number of levels, from the first on, whose errors decide if the goals are met.
+
+    Attributes:
+        plan: The stack, compiled.
+        has_more: True if there are levels below the required ones.
+        required: Names of the tasks of the required levels.
+    """
+
+    def __init__(self, stack: Stack, robot: Robot, required: int) -> None:
+        self.plan: Plan = stack.compile(robot, STEP)
+        self._loop = Loop(self.plan, as_resolver("active-set"), "raise")
+        self._loop.start(robot.posture("middle"), 0.0)
+        self._radius = next(part for part in self.plan.limits if isinstance(part, BoundTrustRegion)).memory
+        numbers = [block.level for block in self.plan.layout.blocks if block.level]
+        pairs = tuple(zip(map(_measured, self.plan.tasks), numbers, strict=True))
+        self._levels = [[known for known, k in pairs if k == level] for level in range(1, max(numbers) + 1)]
+        self._goals = list(chain(*self._levels[:required]))
+        self._small = sum(_largest_met(known.task.weight) for known in self._goals)
+        self.required = tuple(known.task.name for known in self._goals)
+        self.has_more = len(self._levels) > required
+        self._first = required
+
+    def start(self, q: Array) -> None:
+        """Anchor the targets that begin at a posture.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+        """
+        self.plan.start(q, 0.0)
+
+    def reach(self, q: Array, iterations: int) -> End:
+        """Go from a posture to the goals.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+            iterations: Largest number of ticks.
+
+        Returns:
+            Where it ended: at the goals, at rest, or after that many ticks.
+        """
+        return self._descend(q, iterations, _SHARE, rest=False)
+
+    def polish(self, q: Array) -> End:
+        """Go on from a posture that does not meet the goals, to the least error near it.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+
+        Returns:
+            Where it ended, with the merit of the last ν.
+        """
+        end, ticks = End(q, False, np.inf, 0, False), 0
+        for share in _POLISH:
+            end = self._descend(end.q, _POLISH_TICKS, share, rest=False)
+            ticks += end.iterations
+            if end.met:
+                break
+        return end._replace(iterations=ticks)
+
+    def rest(self, q: Array, iterations: int) -> End:
+        """Go on from a posture that meets the goals until the levels below them are at rest, too.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+            iterations: Largest number of ticks.
+
+        Returns:
+            Where it ended; it is `still` if a step there is shorter than what counts as motion.
+        """
+        return self._descend(q, iterations, _SHARE, rest=True)
+
+    def look(self, q: Array) -> Resolution:
+        """Resolve the stack at a posture, with the largest trust region.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+
+        Returns:
+            The resolution, with the bounds that are active there.
+
+        Raises:
+            NotSolved: There is no answer.
+        """
+        self._loop.forget()
+        self._radius[0] = LARGEST_STEP
+        return self._loop.tick(q, 0.0)
+
+    def errors(self) -> dict[str, GoalError]:
+        """Return what each task lacks at the posture of the last tick, by name."""
+        return {known.task.name: _error(known) for known in chain(*self._levels)}
+
+    def _descend(self, q: Array, iterations: int, share: float, *, rest: bool) -> End:
+        """Go downhill from a posture until the goals are met, with `rest` until nothing moves any more."""
+        self._loop.forget()
+        tick, integrate, radius = self._loop.tick, self.plan.robot.integrate, LARGEST_STEP
+        best, merit, met, step = q, np.inf, False, np.zeros(0)
+        for count in range(1, iterations + 1):
+            self._radius[0] = radius
+            try:
+                v = tick(q, 0.0).x
+            except NotSolved:
+                return End(best, met, merit, count, False)
+            first, found = self._merits(share)
+            if found > merit * (1.0 + MERIT_NOISE):
+                step = 0.5 * step
+                radius = float(np.abs(step).max())
+            else:
+                if found < 0.5 * merit:
+                    radius = min(2.0 * radius, LARGEST_STEP)
+                best, merit, step = q, found, v
+                met = first <= self._small and self._is_met()
+                length = float(np.abs(v).max())
+                if met and (not rest or length <= POSTURE_AT_REST):
+                    return End(best, met, merit, count, True)
+                radius = radius if length > STEP_STILL else 0.0
+            if radius <= STEP_STILL:
+                return End(best, met, merit, count, True)
+            q = integrate(best, step, STEP)
+        return End(best, met, merit, iterations, False)
+
+    def _merits(self, share: float) -> tuple[float, float]:
+        """Return the sum of E_k of the required levels, and φ with ν = `share`, as of the last tick."""
+        goals = merit = 0.0
+        factor = 1.0
+        for number, level in enumerate(self._levels):
+            for known in level:
+                error = known.task.error
+                square = float((error * known.task.weight) @ error)
+                merit += factor * square
+                if number < self._first:
+                    goals += square
+            factor *= share
+        return goals, merit
+
+    def _is_met(self) -> bool:
+        """Return True if every required goal is met at the posture of the last tick."""
+        return all(
+            value <= allowed
+            for known in self._goals
+            for value, allowed in zip(_error(known), _ALLOWED, strict=True)
+        )
+
+
+def _measured(task: BoundTask) -> _Measured:
+    """Return a task with its rows by unit."""
+    metres = np.array([unit.startswith("m") for unit in task.row_units])
+    radians = np.array([unit.startswith("rad") for unit in task.row_units])
+    every = np.arange(metres.size)
+    return _Measured(task, (every[metres], every[radians], every[~metres & ~radians]))
+
+
+def _largest_met(weight: Array) -> float:
+    """Return a merit that a task does not exceed while it is met."""
+    return float(weight.max()) * sum(allowed * allowed for allowed in _ALLOWED)
+
+
+def _error(known: _Measured) -> GoalError:
+    """Return what a task lacks, by unit."""
+    parts = [known.task.error[rows] for rows in known.rows]
+    return GoalError(*(float(np.sqrt(part @ part)) for part in parts))

@@ -1,0 +1,287 @@
+"""Find a posture at which goals are met: `PoseSolver`, and its short form `solve_pose`."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import chain
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike
+from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.limit import JointPositionLimit, Limit
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.space import Value, plain
+from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.target import Latest
+from taskopt.kinematics.task import FrameTask, JointTask, OrientationTask, PositionTask
+from taskopt.loop.pose.descent import Descent, End
+from taskopt.loop.pose.solution import PoseSolution, Verdict
+from taskopt.loop.pose.stack import PostureStack, posture_stack
+from taskopt.loop.pose.starts import Starts, moved_inside
+from taskopt.loop.pose.verdict import Evidence, judge, limits_in_the_way, reason_of_success, same_ends
+
+Goals = Mapping[str, Value] | Stack
+
+POSTURES = 1000  # drawn once for each solver; the nearest of them are the starts
+STARTS = 100
+_SCAN = 25  # ticks of a descent from one start; most take less than ten
+_REST = 100  # ticks for the levels below the goals to come to rest
+_POLISHED = 3  # of the nearest ends, where none met the goals
+_FREE_STARTS = 20  # starts of the search without limits
+_KINDS: dict[tuple[int, ...], type[FrameTask | PositionTask | OrientationTask]] = {
+    (3,): PositionTask,
+    (3, 3): OrientationTask,
+}
+
+
+class PoseSolver:
+    """Find postures for goals of one kind; everything is compiled and drawn once.
+
+    The search begins at the posture that is given, and then at postures drawn uniformly within the position
+    limits, those first whose frames are nearest to the goals. From each it descends by Newton's steps of
+    the stack in a trust region. Equal calls of equal solvers give equal answers.
+
+    Args:
+        robot: The robot.
+        goals: Goals by frame: a pose (4, 4), a position (3,) whose orientation is left free, or a rotation
+            (3, 3) whose position is left free, all in the world [m]. Or a stack: the tasks of its first level
+            are the goals, and the levels below come as near to theirs as the goals allow.
+        limits: Limits on the posture beside the goals of a mapping; a stack has its own. Default: the joint
+            limits of the robot.
+        postures: Number of postures that are drawn.
+        seed: Seed of the draw.
+
+    Raises:
+        UnknownName: The robot has no such frame, joint or link.
+        InvalidValue: There is no goal, limits are given beside a stack, or a task or limit does not fit.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        goals: Goals,
+        *,
+        limits: Sequence[Limit] | None = None,
+        postures: int = POSTURES,
+        seed: int = 0,
+    ) -> None:
+        self._declared = goals, limits, postures, seed
+        self.robot = robot
+        self._targets: dict[str, Latest] = {}
+        if isinstance(goals, Stack):
+            if limits is not None:
+                raise InvalidValue("a stack has limits of its own; leave `limits` out, or put them there")
+            stack = goals
+        else:
+            self._kinds = {frame: _kind(value) for frame, value in goals.items()}
+            stack = self._stack_of(goals, [JointPositionLimit()] if limits is None else limits)
+        if postures < 1:
+            raise InvalidValue(f"postures must be at least 1, got {postures}")
+        self._count, self._seed = postures, seed
+        self._near = Latest(robot.posture("middle"))
+        self._asked: PostureStack = posture_stack(stack, robot)
+        self._required = 1 + bool(self._asked.clearances)
+        self._bounded = any(isinstance(limit, JointPositionLimit) for limit in self._asked.limits)
+        self._plain  # noqa: B018 (what is wrong with the declaration is said now)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        goals, limits, postures, seed = self._declared
+        return _remade, (self.robot, goals, limits, postures, seed)
+
+    def solve(
+        self,
+        goals: Mapping[str, Value] | None = None,
+        *,
+        start: ArrayLike | None = None,
+        near: ArrayLike | None = None,
+        starts: int = STARTS,
+    ) -> PoseSolution:
+        """Find a posture.
+
+        Args:
+            goals: Values for all frames of the solver's goals, each of the kind that it had. None: those that
+                the solver was made with, or, of a stack, the targets as they are now; a target that moves is
+                taken at its time 0 s.
+            start: Posture to begin at, (nq,) [rad, m]; targets that hold "the value at the start" take it
+                from here. Default: `near`, else the middle of the joint ranges, where no search begins.
+            near: Posture to stay near, (nq,) [rad, m]: a last level draws all joints there as far as the
+                levels before allow. It is the first start unless another one is given.
+            starts: Largest number of starts.
+
+        Returns:
+            The posture with its verdict.
+
+        Raises:
+            InvalidValue: A goal, `start` or `near` does not fit, or `starts` is less than 1.
+            UnknownName: A goal is of a frame that the solver was not made for.
+        """
+        if starts < 1:
+            raise InvalidValue(f"starts must be at least 1, got {starts}")
+        if goals is not None:
+            self._aim(goals)
+        wanted = None if near is None else self._inside(near)
+        first = wanted if start is None else self._inside(start)
+        descent = self._descent(wanted)
+        ends = self._search(descent, first, wanted, starts)
+        return self._solved(descent, ends) if ends[-1].met else self._unsolved(descent, ends, first)
+
+    @cached_property
+    def _plain(self) -> Descent:
+        """The descents without a posture to stay near."""
+        return Descent(self._asked.compiled(), self.robot, self._required)
+
+    @cached_property
+    def _drawn_to(self) -> Descent:
+        """The descents that stay near a posture."""
+        last = JointTask(self._near, name="near")
+        return Descent(self._asked.compiled(last=last), self.robot, self._required)
+
+    @cached_property
+    def _free(self) -> Descent:
+        """The descents without limits."""
+        return Descent(self._asked.compiled(with_limits=False), self.robot, 1)
+
+    @cached_property
+    def _starts(self) -> Starts:
+        """The postures drawn, with the poses of the goals' frames."""
+        return Starts(self.robot, self._plain.plan.tasks, self._count, self._seed)
+
+    def _descent(self, near: Array | None) -> Descent:
+        """Return the descents to use, aimed at the posture to stay near."""
+        if near is None:
+            return self._plain
+        self._near.set(near)
+        return self._drawn_to
+
+    def _search(self, descent: Descent, first: Array | None, near: Array | None, starts: int) -> list[End]:
+        """Descend from one start after the other until the goals are met; return all ends."""
+        anchor = self.robot.posture("middle") if first is None else first
+        for anchored in {self._plain, descent}:
+            anchored.start(anchor)
+        ends = []
+        for q in self._begin(first, near, starts):
+            ends.append(descent.reach(q, _SCAN))
+            if ends[-1].met:
+                break
+        return ends
+
+    def _begin(self, first: Array | None, near: Array | None, starts: int) -> Iterator[Array]:
+        """Yield the starts: the first one, if it is given, then those that were drawn."""
+        if first is not None:
+            yield first
+            starts -= 1
+        if starts:
+            yield from self._starts.nearest(starts, near)
+
+    def _solved(self, descent: Descent, ends: list[End]) -> PoseSolution:
+        """Return the solution from the last end, once the levels below the goals are at rest there."""
+        end, at_rest, ticks = ends[-1], True, sum(end.iterations for end in ends)
+        if descent.has_more:
+            later = descent.rest(end.q, _REST)
+            ticks += later.iterations + 1
+            end, at_rest = (later, later.still) if later.met else (end, False)
+            descent.look(end.q)
+        reason = reason_of_success(len(ends))
+        return PoseSolution(end.q, Verdict.SOLVED, reason, descent.errors(), (), len(ends), ticks, at_rest)
+
+    def _unsolved(self, descent: Descent, ends: list[End], anchor: Array | None) -> PoseSolution:
+        """Return the nearest end with the verdict on it; a solution if a longer descent meets the goals."""
+        ends = sorted(ends, key=lambda end: end.merit)
+        polished = [descent.polish(end.q) for end in ends[:_POLISHED]]
+        best = min(polished, key=lambda end: (not end.met, end.merit))
+        ticks = sum(end.iterations for end in [*ends, *polished])
+        if best.met:
+            return self._solved(descent, [*ends, best])
+        resolution = descent.look(best.q)
+        errors = descent.errors()
+        limits = limits_in_the_way(resolution, self._required)
+        free = bool(limits) and self._is_free(best.q, anchor)
+        required = {name: errors[name] for name in descent.required}
+        verdict, reason = judge(
+            Evidence(len(ends), same_ends([end.merit for end in ends]), required, limits, free)
+        )
+        named = limits if verdict is Verdict.LIMIT else ()
+        return PoseSolution(best.q, verdict, reason, errors, named, len(ends), ticks, best.still)
+
+    def _is_free(self, q: Array, anchor: Array | None) -> bool:
+        """Return True if the goals are met without limits, from a posture or from one of a few starts."""
+        self._free.start(self.robot.posture("middle") if anchor is None else anchor)
+        begins = chain([q], self._starts.nearest(_FREE_STARTS, None))
+        return any(self._free.reach(begin, _SCAN).met for begin in begins)
+
+    def _inside(self, q: ArrayLike) -> Array:
+        """Return a posture from outside as an array, moved into the joint limits where they are in force."""
+        checked = self.robot.checked_q(q)
+        return moved_inside(self.robot, checked) if self._bounded else checked
+
+    def _stack_of(self, goals: Mapping[str, Value], limits: Sequence[Limit]) -> Stack:
+        """Return the stack of a mapping of goals, whose targets can be set."""
+        self._targets = {frame: Latest(value) for frame, value in goals.items()}
+        level = [
+            self._kinds[frame](frame, target=target, expressed="world")
+            for frame, target in self._targets.items()
+        ]
+        return Stack([level], limits)
+
+    def _aim(self, goals: Mapping[str, Value]) -> None:
+        """Set the targets of a mapping of goals, after checking that they are of the same kind as before."""
+        for frame, value in goals.items():
+            if frame not in self._targets:
+                raise UnknownName("goal of this solver", frame, self._targets)
+            if _kind(value) is not self._kinds[frame]:
+                raise InvalidValue(
+                    f"the goal of '{frame}' was made for a {self._kinds[frame].__name__}, and is set to a "
+                    f"value for a {_kind(value).__name__}; make a solver for goals of this kind"
+                )
+        missing = [frame for frame in self._targets if frame not in goals]
+        if missing:
+            raise InvalidValue(f"goals lack {', '.join(missing)}; give a value for every goal of the solver")
+        for frame, value in goals.items():
+            self._targets[frame].set(value)
+
+
+def solve_pose(
+    robot: Robot,
+    goals: Goals,
+    *,
+    limits: Sequence[Limit] | None = None,
+    start: ArrayLike | None = None,
+    near: ArrayLike | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+) -> PoseSolution:
+    """Find a posture at which goals are met: static inverse kinematics with limits, obstacles and levels.
+
+    It compiles the stack for this one call, which takes a few milliseconds; for many poses of one robot make
+    a `PoseSolver` once.
+
+    Args:
+        robot: The robot.
+        goals: Goals by frame, or a stack; see `PoseSolver`.
+        limits: Limits on the posture beside the goals of a mapping. Default: the joint limits of the robot.
+        start: Posture to begin at, (nq,) [rad, m]; see `PoseSolver.solve`.
+        near: Posture to stay near, (nq,) [rad, m].
+        starts: Largest number of starts.
+        seed: Seed of the postures that are drawn.
+
+    Returns:
+        The posture with its verdict.
+
+    Raises:
+        UnknownName: The robot has no such frame, joint or link.
+        InvalidValue: A goal, a posture, a task or a limit does not fit, or `starts` is less than 1.
+    """
+    solver = PoseSolver(robot, goals, limits=limits, seed=seed)
+    return solver.solve(start=start, near=near, starts=starts)
+
+
+def _kind(value: Value) -> type[FrameTask | PositionTask | OrientationTask]:
+    """Return the task for a goal: a position and a rotation leave the rest of the pose free."""
+    return _KINDS.get(np.shape(plain(value)), FrameTask)  # type: ignore[arg-type]
+
+
+def _remade(
+    robot: Robot, goals: Goals, limits: Sequence[Limit] | None, postures: int, seed: int
+) -> PoseSolver:
+    """Make a solver again from what it was made of, for copies and pickles."""
+    return PoseSolver(robot, goals, limits=limits, postures=postures, seed=seed)

@@ -1,0 +1,211 @@
+"""What a stack asks of a single posture: goals that stand still, limits on postures, and a bound on the step.
+
+A step of the search takes Δt = 1 s and gain 1 1/s, so that a tick asks for Newton's step, and the velocity of
+a tick is a displacement. Limits on velocity and acceleration speak of motions and bind no posture.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+
+import numpy as np
+
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import GOAL_POSITION
+from taskopt.jit import kernel_apart
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit import (
+    BoundLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+    ObstacleLimit,
+    RateLimit,
+    SelfCollisionLimit,
+)
+from taskopt.kinematics.limit.base import narrow_one
+from taskopt.kinematics.limit.distance import BoundDistance
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.target import WithoutRate, as_target
+from taskopt.kinematics.task import BoundTask, Task
+
+STEP = 1.0  # [s] Δt of a tick of the search
+TRUST_REGION = "trust region"  # name of the bound on the step
+LARGEST_STEP = 1.0  # [rad, m] of one joint in one step
+
+
+@dataclass(frozen=True)
+class PostureStack:
+    """A stack as it is asked of one posture.
+
+    Attributes:
+        goals: Levels of tasks with gain 1 and targets that stand still, highest priority first.
+        clearances: Tasks that keep the distances of the stack's limits; they come before all goals.
+        limits: Limits on joint positions, and limits of other classes as declared.
+        norm: Norm of the stack, or None.
+    """
+
+    goals: tuple[tuple[Task, ...], ...]
+    clearances: tuple[Task, ...]
+    limits: tuple[Limit, ...]
+    norm: object
+
+    def compiled(self, *, with_limits: bool = True, last: Task | None = None) -> Stack:
+        """Return the stack that the search resolves at each of its ticks.
+
+        Args:
+            with_limits: False leaves out clearances and limits.
+            last: Task of a level below all others, or None.
+
+        Returns:
+            The stack, with the trust region among its limits.
+        """
+        first = [self.clearances] if self.clearances and with_limits else []
+        levels = [*first, *self.goals, *([[last]] if last else [])]
+        limits = [*(self.limits if with_limits else ()), TrustRegion()]
+        return Stack(levels, limits, self.norm)  # type: ignore[arg-type]
+
+
+def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
+    """Return what a stack asks of one posture.
+
+    Targets are taken without their rates. A limit on distances becomes a task of its own before all goals,
+    which asks for d ≥ margin at the posture itself: a step of the search may pass through an obstacle.
+
+    Args:
+        stack: What was declared.
+        robot: The robot.
+
+    Returns:
+        Goals, clearances and limits.
+
+    Raises:
+        UnknownName: The robot lacks a joint or link of a limit.
+        InvalidValue: A limit does not fit the robot.
+    """
+    goals = tuple(tuple(_still(task) for task in level) for level in stack.levels)
+    distances = [limit for limit in stack.limits if isinstance(limit, ObstacleLimit | SelfCollisionLimit)]
+    others = [limit for limit in stack.limits if limit not in distances]
+    kept = tuple(_of_postures(others, robot))
+    return PostureStack(goals, tuple(ClearanceTask(limit) for limit in distances), kept, stack.norm)
+
+
+def _still(task: Task) -> Task:
+    """Return a task with gain 1 and a target without rate, where it has these fields."""
+    if not is_dataclass(task):
+        return task
+    names = {field.name for field in fields(task)}
+    changes: dict[str, object] = {"gain": 1.0} if "gain" in names else {}
+    if "target" in names:
+        changes["target"] = WithoutRate(as_target(task.target))  # type: ignore[attr-defined]
+    return replace(task, **changes)
+
+
+def _of_postures(limits: Iterable[Limit], robot: Robot) -> Iterable[Limit]:
+    """Yield the limits that bind a posture, with position limits that a step may reach at once."""
+    for limit in limits:
+        if isinstance(limit, JointPositionLimit):
+            yield replace(limit, gain=1.0)
+        elif not isinstance(limit, JointVelocityLimit) and not isinstance(limit.bind(robot, STEP), RateLimit):
+            yield limit
+
+
+@dataclass(frozen=True)
+class ClearanceTask(Task):
+    """Keep the distances of a limit at one posture: d + ∇d·v ≥ margin for pairs nearer than the influence.
+
+    Attributes:
+        limit: An `ObstacleLimit` or a `SelfCollisionLimit`; its `gain` is not used.
+    """
+
+    limit: ObstacleLimit | SelfCollisionLimit
+
+    def default_name(self) -> str:
+        """Return the name of the limit."""
+        return self.limit.name
+
+    def bind(self, robot: Robot, name: str) -> "BoundClearance":
+        """Return the rows for a robot; see `Task.bind`."""
+        return BoundClearance(self.limit.bind(robot, STEP), name)
+
+
+class BoundClearance(BoundTask):
+    """One row [m/s] for each pair of shapes; the error is how far a pair is inside the margin [m].
+
+    Args:
+        limit: The limit, bound to the robot.
+        name: Name of the task in its plan.
+    """
+
+    def __init__(self, limit: BoundDistance, name: str) -> None:
+        names = limit.distances.collision.names
+        super().__init__(name, names, ("m/s",) * len(names))
+        self._distances, self._margin, self._influence = limit.distances, limit.margin, limit.influence
+
+    def prepare(self, rows: LevelRows) -> None:
+        """Open the upper side; see `RowPart.prepare`."""
+        rows.upper[:] = np.inf
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Measure the distances and write the rows; see `RowPart.fill`."""
+        of = self._distances
+        of.update(configuration)
+        near = of.distance < self._influence
+        rows.A[:] = np.where(near[:, None], of.gradient, 0.0)
+        rows.lower[:] = np.where(near, self._margin + GOAL_POSITION - of.distance, -np.inf)
+        self.error[:] = np.maximum(self._margin - of.distance, 0.0)
+
+
+@dataclass(frozen=True)
+class TrustRegion(Limit):
+    """Bound every joint's step: −r ≤ v Δt ≤ r [rad, m], with a radius r that the search changes.
+
+    Attributes:
+        name: Name of its bounds.
+    """
+
+    name: str = TRUST_REGION
+
+    def bind(self, robot: Robot, dt: float) -> "BoundTrustRegion":  # noqa: ARG002
+        """Return the bounds for a robot; see `Limit.bind`."""
+        return BoundTrustRegion(self.name)
+
+
+class BoundTrustRegion(BoundLimit):
+    """The bound on the step, whose radius is the one number in its memory.
+
+    Args:
+        name: Name of the limit.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.kernel = narrow_by_radius
+        self.memory = np.full(1, LARGEST_STEP)
+
+
+@kernel_apart
+def narrow_by_radius(parameters, memory, state, bounds, owner):  # noqa: ARG001 (the plan hands them)
+    """Narrow the bounds of a `TrustRegion`.
+
+    Args:
+        parameters: Not used.
+        memory: Radius r [rad, m], (1,).
+        state: Not used.
+        bounds: (4, nv), see `BoundLimit.narrow`.
+        owner: Number of the limit.
+    """
+    for j in range(bounds.shape[1]):
+        narrow_one(bounds, j, -memory[0], memory[0], owner)
+
+
+def framed(tasks: Sequence[BoundTask]) -> list[BoundTask]:
+    """Return the tasks that have a frame with a desired pose.
+
+    Args:
+        tasks: Tasks of a plan.
+
+    Returns:
+        Those with `frame`, `desired` and `actual`.
+    """
+    return [task for task in tasks if task.frame and task.desired is not None and task.actual is not None]
