@@ -17,6 +17,7 @@ ALLOWED = {
     "bench/strictness.py": "weights that are compared, and the accuracy that an oracle is asked for",
     "figures/algorithms.py": "the least error that a logarithmic axis shows",
     "figures/singularities.py": "a joint that is nearly fixed, for a slice through a workspace",
+    "kinematics/collision/always_near.py": "the radius of a ball that stands for a point",
     "kinematics/geometry/coal.py": "a thickness",
     "kinematics/objective/function.py": "the step of a difference",
     "kinematics/target.py": "the step of a difference",

@@ -2,7 +2,9 @@
 
 The one place for distances; limits and objectives stand on it. Read it in this order:
 
-    pairs        which shapes can meet, and what they are called
+    pairs        shapes by the names of their links
+    choice       which pairs of shapes of a robot are kept apart, and why not all
+    always_near  pairs that are near each other in every posture
     model        `Collision`: pairs of convex solids, measured by Coal in memory that kernels can read
     measure      `Distances`: signed distances and their gradients ∂d/∂q
     step_bounds  how much a distance can change in one step of a robot

@@ -1,43 +1,16 @@
-"""Pairs of shapes of a robot that can meet, and the names of shapes."""
-
-# Pinocchio and Coal ship no stubs.
-# pyright: reportAttributeAccessIssue=false
+"""Shapes of a robot by the names of their links, pairs of them, and random postures."""
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
-import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.geometry.coal import exact, solid
 from taskopt.kinematics.robot.robot import Robot
 
 SolidPair = tuple[int, int]  # places in robot.geometry.geometryObjects
-
-_SAMPLES = 300  # random postures; pairs that are apart in none of them are taken for neighbours
-
-
-def self_pairs(robot: Robot, clearance: float = 0.0) -> tuple[SolidPair, ...]:
-    """Find the pairs of shapes that can meet.
-
-    They are the robot's own, from its SRDF. If it has none: all pairs on different joints, except those on
-    joints that follow each other, and those that overlap in all of 300 random postures.
-
-    Args:
-        robot: The robot.
-        clearance: Distance [m] that shapes must exceed in one of these postures.
-
-    Returns:
-        Places of the two shapes of each pair in `robot.geometry`.
-    """
-    shapes = robot.geometry.geometryObjects
-    known = [(int(pair.first), int(pair.second)) for pair in robot.geometry.collisionPairs]
-    if known:
-        return tuple(p for p in known if shapes[p[0]].parentJoint != shapes[p[1]].parentJoint)
-    return _ever_apart(robot, _strangers(robot), clearance)
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[SolidPair, ...]:
@@ -122,33 +95,6 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
     names = [shape.name for shape in robot.geometry.geometryObjects]
     count = Counter(map(link_of, names))
     return tuple(link_of(name) if count[link_of(name)] == 1 else name for name in names)
-
-
-def _strangers(robot: Robot) -> list[SolidPair]:
-    """Return the pairs of shapes whose joints are different and do not follow each other."""
-    joints = [int(shape.parentJoint) for shape in robot.geometry.geometryObjects]
-    parents = robot.model.parents
-    return [
-        (i, j)
-        for j in range(len(joints))
-        for i in range(j)
-        if joints[i] != joints[j] and joints[i] != parents[joints[j]] and joints[j] != parents[joints[i]]
-    ]
-
-
-def _ever_apart(robot: Robot, pairs: Sequence[SolidPair], clearance: float) -> tuple[SolidPair, ...]:
-    """Return the pairs that are farther apart than `clearance` [m] in a named or random posture."""
-    if not pairs:
-        return ()
-    shapes, data = solid(robot.geometry), robot.model.createData()
-    for pair in pairs:
-        shapes.addCollisionPair(pin.CollisionPair(*pair))
-    memory = exact(shapes.createData())
-    rng, apart = np.random.default_rng(0), np.zeros(len(pairs), dtype=bool)
-    for q in [*robot.postures.values(), *(random_posture(robot, rng) for _ in range(_SAMPLES))]:
-        pin.computeDistances(robot.model, data, shapes, memory, q)
-        apart |= [result.min_distance > clearance for result in memory.distanceResults]
-    return tuple(pair for pair, kept in zip(pairs, apart, strict=True) if kept)
 
 
 def random_posture(robot: Robot, rng: np.random.Generator) -> Array:

@@ -13,9 +13,10 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.jit import kernel
+from taskopt.kinematics.collision.choice import PairChoice, choose_pairs, named_choice
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import named_pairs, self_pairs, shapes_of
+from taskopt.kinematics.collision.pairs import shapes_of
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
@@ -86,8 +87,11 @@ class SelfCollisionLimit(Limit):
         influence: d_i > margin [m]. More begins to brake earlier.
         gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
             and more gently.
-        pairs: Pairs of names of links. Default: the pairs that the robot's SRDF leaves enabled; without an
-            SRDF, all but neighbours and links that are never farther apart than the margin.
+        pairs: Pairs of names of links. Default: all that the robot's SRDF leaves enabled, without neighbours
+            and pairs that are within the margin in every posture; `choice` says how many are left.
+        sampled: Number of random postures; pairs that are within the margin in all of them are left out, too,
+            though that proves nothing. 0 does without.
+        seed: Of the random postures.
         name: Name in explanations, logs and plots.
 
     Raises:
@@ -102,9 +106,31 @@ class SelfCollisionLimit(Limit):
     gain: float = 0.1
     pairs: Sequence[tuple[str, str]] | None = None
     name: str = "self_collision"
+    sampled: int = field(default=0, kw_only=True)
+    seed: int = field(default=0, kw_only=True)
 
     def __post_init__(self) -> None:
         Braking.checked(self.margin, self.influence, self.gain)
+        if not isinstance(self.sampled, int) or self.sampled < 0:
+            raise InvalidValue(f"sampled must be a number of postures ≥ 0, got {self.sampled!r}")
+
+    def choice(self, robot: Robot) -> PairChoice:
+        """Choose the pairs of a robot; printed, the choice says how many are kept apart, and why not all.
+
+        Args:
+            robot: The robot.
+
+        Returns:
+            The pairs, and those that were left out.
+
+        Raises:
+            InvalidValue: The robot has no shapes, or a pair of `pairs` moves as one body.
+            UnknownName: No link with a shape has one of the names in `pairs`.
+        """
+        shapes_of(robot, None)
+        if self.pairs is None:
+            return choose_pairs(robot, self.margin, self.sampled, self.seed)
+        return named_choice(robot, self.pairs)
 
     def bind(self, robot: Robot, dt: float) -> "BoundDistance":
         """Return rows and bounds for a robot; see `Limit.bind`.
@@ -113,8 +139,7 @@ class SelfCollisionLimit(Limit):
             InvalidValue: The robot has no shapes, no two links can meet, or a pair moves as one body.
             UnknownName: No link with a shape has one of the names in `pairs`.
         """
-        shapes_of(robot, None)
-        pairs = self_pairs(robot, self.margin) if self.pairs is None else named_pairs(robot, self.pairs)
+        pairs = self.choice(robot).pairs
         if not pairs:
             raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-collision limit out")
         collision = Collision.of_itself(robot, pairs)

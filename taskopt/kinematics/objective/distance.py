@@ -9,9 +9,10 @@ import numpy as np
 
 from taskopt.arrays import Array, finite
 from taskopt.errors import InvalidValue
+from taskopt.kinematics.collision.choice import choose_pairs
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import named_pairs, self_pairs
+from taskopt.kinematics.collision.pairs import named_pairs
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
 from taskopt.kinematics.objective.base import Objective
@@ -125,7 +126,7 @@ class SelfDistance(Nearest):
             InvalidValue: The robot has no shapes, no two links can meet, or a pair moves as one body.
             UnknownName: No link with a shape has one of the names in `pairs`.
         """
-        pairs = self_pairs(robot) if self.pairs is None else named_pairs(robot, self.pairs)
+        pairs = choose_pairs(robot).pairs if self.pairs is None else named_pairs(robot, self.pairs)
         if not pairs:
             raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-distance out")
         return Collision.of_itself(robot, pairs)

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from taskopt.kinematics.collision.choice import choose_pairs
 from taskopt.kinematics.collision.measure import Distances, distances_into
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import self_pairs
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Sphere
 from taskopt.kinematics.robot import Robot, planar_arm
@@ -78,7 +78,7 @@ def test_the_gradient_is_the_derivative_of_the_distance(name, solid):
 def test_the_gradient_of_self_distances_is_their_derivative(name):
     """With both solids moving, joints below both count for nothing."""
     of, rng = robot(name), np.random.default_rng(3)
-    pairs = self_pairs(of)
+    pairs = choose_pairs(of).pairs
     chosen = [pairs[i] for i in rng.choice(len(pairs), min(len(pairs), 60), replace=False)]
     distances = Distances(Collision.of_itself(of, chosen))
     results = [judge(distances, beside(of, rng)[0]) for _ in range(3)]

@@ -4,47 +4,13 @@ import numpy as np
 import pytest
 
 from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.collision.choice import choose_pairs
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import link_of, named_pairs, random_posture, self_pairs
+from taskopt.kinematics.collision.pairs import link_of, named_pairs, random_posture
 from taskopt.kinematics.geometry.coal import core, extent
 from taskopt.kinematics.geometry.shapes import Box, Sphere, checked_obstacles
 from taskopt.kinematics.robot import Robot, planar_arm
 from tests.helpers.robots import robot
-
-
-def test_the_panda_has_the_44_pairs_of_its_srdf():
-    """123 pairs less those that the SRDF disables; locking the fingers keeps them."""
-    assert len(self_pairs(Robot.load("panda"))) == 44
-    assert len(self_pairs(robot("panda"))) == 44
-
-
-def joints_of(of, pairs):
-    shapes = of.geometry.geometryObjects
-    return {(shapes[i].parentJoint, shapes[j].parentJoint) for i, j in pairs}
-
-
-def test_automatic_pairs_leave_neighbours_out():
-    """An arm of five links has all pairs but the four of neighbours."""
-    of = planar_arm([0.3] * 5, radius=0.01)
-    assert joints_of(of, self_pairs(of)) == {(1, 3), (1, 4), (1, 5), (2, 4), (2, 5), (3, 5)}
-
-
-def test_automatic_pairs_leave_those_out_that_always_overlap():
-    """Links 1 and 3 with a stub between them that is shorter than they are thick always overlap."""
-    of = planar_arm([0.5, 0.01, 0.5, 0.5], radius=0.03)
-    assert joints_of(of, self_pairs(of)) == {(1, 4), (2, 4)}
-
-
-def test_without_an_srdf_the_panda_gets_pairs_that_can_be_apart():
-    """Each automatic pair is apart in some posture, and none is of neighbours."""
-    loaded = Robot.load("panda")
-    bare = type(loaded.geometry)(loaded.geometry)
-    bare.removeAllCollisionPairs()
-    of = Robot(loaded.model, bare)
-    pairs = self_pairs(of)
-    parents = of.model.parents
-    assert not any(i == j or i == parents[j] or j == parents[i] for i, j in joints_of(of, pairs))
-    assert len(pairs) > 44
 
 
 def test_pairs_by_name_are_all_shapes_of_the_two_links():
@@ -109,7 +75,7 @@ def test_cores_and_extents_cover_the_solids():
     assert core(of.geometry.geometryObjects[0]) == pytest.approx((0.5, 0.02))
     assert extent(of.geometry.geometryObjects[0]) >= 0.52
     arm = robot("panda")
-    for shape in Collision.of_itself(arm, self_pairs(arm)).shapes.geometryObjects:
+    for shape in Collision.of_itself(arm, choose_pairs(arm).pairs).shapes.geometryObjects:
         points = np.array(shape.geometry.points()) if hasattr(shape.geometry, "points") else None
         if points is not None:
             placed = points @ shape.placement.rotation.T + shape.placement.translation

@@ -1,0 +1,94 @@
+"""Pairs of shapes that are near each other in every posture: proven from lengths, not sampled."""
+
+# Pinocchio and Coal ship no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+import coal
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.kinematics.collision.pairs import SolidPair
+from taskopt.kinematics.engine import GeometryModel, GeometryObject
+from taskopt.kinematics.geometry.coal import core
+from taskopt.kinematics.robot.robot import Robot
+
+_POINT = 1e-9  # [m] radius of the ball that stands for a point, since Coal knows no points
+
+
+def always_near(
+    robot: Robot, solids: GeometryModel, pairs: Iterable[SolidPair], clearance: float
+) -> tuple[SolidPair, ...]:
+    """Find pairs whose distance is at most `clearance` in every posture.
+
+    Let o_1, …, o_m be the origins of the joints between two solids A and B. Origin o_1 is fixed in A, o_m is
+    fixed in B, and o_i and o_(i+1) are fixed in one link. Hence, with d the signed distance,
+
+        d(A, B) ≤ d(A, o_1) + Σ |o_(i+1) − o_i| + d(o_m, B)
+
+    in every posture, since no number on the right depends on it. A sliding joint adds the length of its
+    range.
+
+    Args:
+        robot: The robot.
+        solids: Its shapes as convex solids.
+        pairs: Places of the two shapes of each pair.
+        clearance: [m].
+
+    Returns:
+        The pairs for which the right-hand side is at most the clearance. Others may be near in every posture,
+        too.
+    """
+    chains = _Chains(robot)
+    shapes = list(solids.geometryObjects)
+    joints = [int(shape.parentJoint) for shape in shapes]
+    depths = [0.5 * diameter + radius for diameter, radius in map(core, shapes)]
+    found = []
+    for first, second in pairs:
+        start, length, stop = chains.between(joints[first], joints[second])
+        if length - depths[first] - depths[second] > clearance:  # no origin is deeper in a solid than that
+            continue
+        apart = length + _signed_distance(shapes[first], start) + _signed_distance(shapes[second], stop)
+        if apart <= clearance:
+            found.append((first, second))
+    return tuple(found)
+
+
+class _Chains:
+    """The joints between two bodies of a robot, as lengths."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Copy what is needed of a robot's tree."""
+        self._supports = [list(support) for support in robot.model.supports]
+        self._origins = np.array([place.translation for place in robot.model.jointPlacements])
+        self._slides = [0.0] + [_slide(robot, joint) for joint in range(1, len(self._supports))]
+
+    def between(self, first: int, second: int) -> tuple[Array, float, Array]:
+        """Return o_1 (3,) in the frame of the first joint, Σ |o_(i+1) − o_i|, and o_m (3,) in the other's."""
+        mine, theirs = self._supports[first], self._supports[second]
+        shared = sum(a == b for a, b in zip(mine, theirs, strict=False))
+        mine, theirs, o = mine[shared:], theirs[shared:], self._origins
+        start = np.zeros(3) if mine else o[theirs[0]]
+        stop = np.zeros(3) if theirs else o[mine[0]]
+        length = float(np.linalg.norm(o[mine[0]] - o[theirs[0]])) if mine and theirs else 0.0
+        length += sum(self._slides[joint] for joint in (*mine, *theirs))
+        steps = (*pairwise(mine), *pairwise(theirs))
+        return start, length + sum(float(np.linalg.norm(o[joint])) for _, joint in steps), stop
+
+
+def _slide(robot: Robot, joint: int) -> float:
+    """Bound how far the origin of a joint can be from its place on the link before [m]."""
+    known = robot.model.joints[joint]
+    columns = range(known.idx_v, known.idx_v + known.nv)
+    slides = [k for k in columns if robot.coordinate_units[k] == "m"]
+    return sum(max(abs(robot.position_lower[k]), abs(robot.position_upper[k])) for k in slides)
+
+
+def _signed_distance(shape: GeometryObject, point: Array) -> float:
+    """Return the signed distance [m] of a solid from a point in the frame of its joint."""
+    pose = coal.Transform3s(shape.placement.rotation, shape.placement.translation)
+    place, ball = coal.Transform3s(np.eye(3), point), coal.Sphere(_POINT)
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    return float(coal.distance(shape.geometry, pose, ball, place, request, result)) + _POINT
