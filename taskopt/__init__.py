@@ -116,6 +116,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.target import Target as Target
     from taskopt.kinematics.target import WithoutRate as WithoutRate
     from taskopt.kinematics.task import AngleAxisTask as AngleAxisTask
+    from taskopt.kinematics.task import AxisAlignmentTask as AxisAlignmentTask
     from taskopt.kinematics.task import BoundTask as BoundTask
     from taskopt.kinematics.task import BoxTask as BoxTask
     from taskopt.kinematics.task import CentreOfMassTask as CentreOfMassTask
@@ -129,6 +130,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import JointTask as JointTask
     from taskopt.kinematics.task import LevelDamping as LevelDamping
     from taskopt.kinematics.task import LinearHolonomicTask as LinearHolonomicTask
+    from taskopt.kinematics.task import LookAtTask as LookAtTask
     from taskopt.kinematics.task import LoopTask as LoopTask
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
@@ -221,10 +223,10 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.stack": "Plan Stack",
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
-        "AngleAxisTask BoundTask BoxTask CentreOfMassTask DampingTask During EulerTask "
-        "FrameTask GazeTask GradientTask JointCouplingTask JointTask LevelDamping "
-        "LinearHolonomicTask LoopTask ObjectiveTask OrientationTask PositionTask "
-        "QuaternionTask RelativeFrameTask Task"
+        "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampingTask "
+        "During EulerTask FrameTask GazeTask GradientTask JointCouplingTask JointTask "
+        "LevelDamping LinearHolonomicTask LookAtTask LoopTask ObjectiveTask OrientationTask "
+        "PositionTask QuaternionTask RelativeFrameTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

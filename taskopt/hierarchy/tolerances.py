@@ -416,6 +416,13 @@ Smaller: the axis of a turn is made of rounding errors. Larger: a gaze that near
 about a wrong axis.
 """
 
+OPPOSITE = 0.01
+"""Least sine by which the rows of an axis that points the wrong way are divided (`AxisAlignmentTask`).
+
+Smaller: near 180° one row becomes as large as 1/sine, and hides the other from the rank. Larger: around 180°,
+in a cone of that size, the rows are no longer the exact derivative of the error.
+"""
+
 NEAREST_SIGHT = 0.01
 """Least length [m] of a line of sight in the row of a gaze; a nearer target turns as if it were here.
 

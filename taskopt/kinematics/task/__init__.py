@@ -1,5 +1,7 @@
 """Tasks: what a stack may ask for."""
 
+from taskopt.kinematics.task.alignment import AxisAlignmentTask as AxisAlignmentTask
+from taskopt.kinematics.task.alignment import LookAtTask as LookAtTask
 from taskopt.kinematics.task.base import BoundTask as BoundTask
 from taskopt.kinematics.task.base import Task as Task
 from taskopt.kinematics.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask

@@ -1,0 +1,267 @@
+"""An axis of a frame that is to point along a direction or at a point: two rows across the axis.
+
+Let a be the axis and c the direction that it should have, both in the frame. With φ the angle between them,
+p the unit vector across a towards c, and ŝ = a × p, the error is the turn φ ŝ that carries a to c by the
+shortest way, in coordinates of two unit vectors across a. As c moves,
+
+    d(φ ŝ) = ŝ (τ·dc) − (φ/sin φ) p (ŝ·dc),   τ = −sin φ a + cos φ p,
+
+which is of rank 2 at every angle. It grows as 1/sin φ towards 180°, where all ways back are equally short;
+from `OPPOSITE` on the quotient is held, so that the rows stay of ordinary size. At exactly 180° the first of
+the two vectors is the axis of the turn.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike, finite
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy import tolerances
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.jit import kernel
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.space import PoseSpace, Value
+from taskopt.kinematics.target import Target, as_target
+from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
+
+
+@dataclass(frozen=True, eq=False)
+class AxisAlignmentTask(Task):
+    """Turn an axis of a frame parallel to a direction of the world: E [c]× Rᵀ J_O v = −K e, two rows.
+
+    c = Rᵀ d is the direction in the frame, e the turn that carries the axis to it by the shortest way, along
+    two unit vectors across the axis, and E = ∂e/∂c (see the module). The turn about the axis itself stays
+    free. Rows "tilt 1" and "tilt 2" [rad/s].
+
+    Args:
+        frame: Name of the frame.
+        axis: Axis (3,) in the frame; its length does not matter.
+        direction: Direction (3,) in the world; its length does not matter.
+        gain: K [1/s], one number or two. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/rad²], one number or two. More lets this task win
+            over others of the same level.
+        name: Name in logs and plots. Default: the name of the frame and "axis".
+
+    Raises:
+        InvalidValue: A vector has no direction, or a number is out of its range.
+
+    Source:
+        Equations (3.67)–(3.70), with the turn of the axis as error.
+    """
+
+    frame: str
+    axis: ArrayLike = (0.0, 0.0, 1.0)
+    direction: ArrayLike = (0.0, 0.0, 1.0)
+    gain: ArrayLike = field(default=1.0, kw_only=True)
+    weight: ArrayLike = field(default=1.0, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        unit("axis", self.axis)
+        unit("direction", self.direction)
+        gains(self.gain, 2)
+        weights(self.weight, 2)
+
+    def default_name(self) -> str:
+        """Return the name of the frame and "axis"."""
+        return f"{self.frame} axis"
+
+    def bind(self, robot: Robot, name: str) -> "BoundAlignment":
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
+        robot.frame_id(self.frame)
+        return BoundAlignment(name, self)
+
+
+@dataclass(frozen=True, eq=False)
+class LookAtTask(Task):
+    """Turn an axis of a frame at a point: the direction is that from the frame's origin to the point.
+
+    With d and ℓ direction and length of the line of sight, c = Rᵀ d, and e and E as in `AxisAlignmentTask`,
+
+        A = −E ([c]× Rᵀ J_O − Rᵀ J_P/ℓ),   b = E Rᵀ ṗ_d/ℓ + K e.
+
+    Rows "tilt 1" and "tilt 2" [rad/s]. `GazeTask` asks for no more than that the point is in view.
+
+    Args:
+        frame: Name of the frame that looks.
+        target: Point (3,) [m] in the world, or a `Target` of points or poses, whose motion is fed forward.
+        axis: Direction (3,) in which the frame looks, in its own axes.
+        gain: K [1/s], one number or two. More lets the error die out faster and asks for larger velocities;
+            it must stay below 2/Δt.
+        weight: Factor of ½ (A v − b)² within the level [s²/rad²], one number or two. More lets this task win
+            over others of the same level.
+        name: Name in logs and plots. Default: the name of the frame and "look".
+
+    Raises:
+        InvalidValue: The axis has no direction, or a number is out of its range.
+
+    Source:
+        Equations (3.67)–(3.70), with the turn of the axis as error.
+    """
+
+    frame: str
+    target: Target | Value
+    axis: ArrayLike = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    gain: ArrayLike = field(default=1.0, kw_only=True)
+    weight: ArrayLike = field(default=1.0, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        unit("axis", self.axis)
+        gains(self.gain, 2)
+        weights(self.weight, 2)
+
+    def default_name(self) -> str:
+        """Return the name of the frame and "look"."""
+        return f"{self.frame} look"
+
+    def bind(self, robot: Robot, name: str) -> "BoundLook":
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no such frame.
+        """
+        robot.frame_id(self.frame)
+        bound = BoundLook(name, self)
+        bound.attach(as_target(self.target))
+        return bound
+
+
+class _BoundTurn(BoundTask):
+    """Two rows that turn an axis of a frame; subclasses say towards which direction."""
+
+    def __init__(self, name: str, task: AxisAlignmentTask | LookAtTask) -> None:
+        super().__init__(name, ("tilt 1", "tilt 2"), ("rad/s", "rad/s"), task.gain, task.weight)
+        self._frame, self._axis = task.frame, unit("axis", task.axis)
+        self._across, self._slope = across(self._axis), np.zeros((2, 3))
+
+    def _turning(self, seen: Array, spin: Array) -> Array:
+        """Write e and E for the direction c (3,), and return −E [c]× Rᵀ J_O (2, nv) for Rᵀ J_O (3, nv)."""
+        turn_into(self._axis, self._across, seen, self.error, self._slope)
+        return self._slope @ np.cross(spin, seen, axisa=0, axisc=0)
+
+
+class BoundAlignment(_BoundTurn):
+    """The two rows of an `AxisAlignmentTask`.
+
+    Args:
+        name: Name of the task in its plan.
+        task: What was declared.
+    """
+
+    def __init__(self, name: str, task: AxisAlignmentTask) -> None:
+        super().__init__(name, task)
+        self._direction = unit("direction", task.direction)
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the rows; see `RowPart.fill`."""
+        turn = configuration.pose(self._frame)[:3, :3]
+        rows.A[:] = self._turning(turn.T @ self._direction, turn.T @ configuration.jacobian(self._frame)[3:])
+        rows.lower[:] = self.gain * self.error
+        rows.upper[:] = rows.lower
+
+
+class BoundLook(_BoundTurn):
+    """The two rows of a `LookAtTask`."""
+
+    def attach(self, target: Target) -> None:
+        """Take a target.
+
+        Args:
+            target: Target, in the terms of `taskopt.kinematics.target`.
+        """
+        self._target, self._space = target, PoseSpace(f"target of '{self.name}'")
+        self._point, self._twist = np.eye(4), np.zeros(6)
+
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        self._course = self._target.start(self._space, configuration.pose(self._frame), t)
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
+        """Write the rows; see `RowPart.fill`."""
+        if not self._course(t, self._point, self._twist):
+            self._twist[:] = 0.0
+        pose, J = configuration.pose(self._frame), configuration.jacobian(self._frame)
+        turn, sight = pose[:3, :3], self._point[:3, 3] - pose[:3, 3]
+        length = float(np.sqrt(sight @ sight))
+        seen = self._axis if length < tolerances.NO_DIRECTION else turn.T @ sight / length
+        length = max(length, tolerances.NEAREST_SIGHT)
+        rows.A[:] = self._turning(seen, turn.T @ J[3:]) + self._slope @ (turn.T @ J[:3]) / length
+        rate = self._slope @ (turn.T @ self._twist[:3]) / length
+        rows.lower[:] = task_rate(rate, self.gain, self.error)
+        rows.upper[:] = rows.lower
+
+
+def unit(name: str, value: ArrayLike) -> Array:
+    """Return a direction at length 1.
+
+    Args:
+        name: What the value is called in messages.
+        value: The vector, (3,).
+
+    Returns:
+        Its direction, (3,).
+
+    Raises:
+        InvalidValue: It is not three finite numbers, or too short to have a direction.
+    """
+    vector = finite(name, value, (3,))
+    length = float(np.linalg.norm(vector))
+    if length < tolerances.NO_DIRECTION:
+        raise InvalidValue(f"{name} must be a direction, got {vector}")
+    return vector / length
+
+
+def across(axis: Array) -> Array:
+    """Return two unit vectors at right angles to an axis and to each other.
+
+    Args:
+        axis: Unit vector, (3,).
+
+    Returns:
+        Rows (2, 3), which form a right-handed frame with the axis; for the axis z they are x and y.
+    """
+    first = np.zeros(3)
+    first[int(np.argmin(np.abs(axis)))] = 1.0
+    first -= axis * (axis @ first)
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(axis, first)])
+
+
+@kernel
+def turn_into(axis, tangent, seen, error, slope):
+    """Write the shortest turn that carries an axis to a direction, and its derivative.
+
+    Args:
+        axis: Unit axis a, (3,).
+        tangent: Two unit vectors across it, (2, 3).
+        seen: Unit direction c, in the same frame, (3,).
+        error: Coordinates of φ ŝ along the two vectors, (2,) [rad], written here.
+        slope: Their derivative along c, (2, 3), written here.
+    """
+    cosine = axis[0] * seen[0] + axis[1] * seen[1] + axis[2] * seen[2]
+    x = tangent[0, 0] * seen[0] + tangent[0, 1] * seen[1] + tangent[0, 2] * seen[2]
+    y = tangent[1, 0] * seen[0] + tangent[1, 1] * seen[1] + tangent[1, 2] * seen[2]
+    sine = np.sqrt(x * x + y * y)
+    angle = np.arctan2(sine, cosine)
+    least = tolerances.OPPOSITE if cosine < 0.0 else tolerances.PARALLEL
+    if sine >= tolerances.PARALLEL:
+        px, py, grows = x / sine, y / sine, angle / max(sine, least)
+        error[0], error[1] = -angle * py, angle * px
+    else:  # any way is as short: ŝ is the first vector
+        px, py, grows = 0.0, -1.0, angle / least if cosine < 0.0 else 1.0
+        error[0], error[1] = (angle, 0.0) if cosine < 0.0 else (-y, x)
+    # In coordinates across the axis p = (px, py) and ŝ = a × p = (−py, px).
+    for i in range(3):
+        p = px * tangent[0, i] + py * tangent[1, i]
+        s = -py * tangent[0, i] + px * tangent[1, i]
+        away = cosine * p - sine * axis[i]
+        slope[0, i] = -py * away - grows * px * s
+        slope[1, i] = px * away - grows * py * s
