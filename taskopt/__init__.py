@@ -120,6 +120,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import BoundTask as BoundTask
     from taskopt.kinematics.task import BoxTask as BoxTask
     from taskopt.kinematics.task import CentreOfMassTask as CentreOfMassTask
+    from taskopt.kinematics.task import DampedTask as DampedTask
     from taskopt.kinematics.task import DampingTask as DampingTask
     from taskopt.kinematics.task import During as During
     from taskopt.kinematics.task import EulerTask as EulerTask
@@ -128,10 +129,12 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import GradientTask as GradientTask
     from taskopt.kinematics.task import JointCouplingTask as JointCouplingTask
     from taskopt.kinematics.task import JointTask as JointTask
+    from taskopt.kinematics.task import JointVelocityTask as JointVelocityTask
     from taskopt.kinematics.task import LevelDamping as LevelDamping
     from taskopt.kinematics.task import LinearHolonomicTask as LinearHolonomicTask
     from taskopt.kinematics.task import LookAtTask as LookAtTask
     from taskopt.kinematics.task import LoopTask as LoopTask
+    from taskopt.kinematics.task import LowAccelerationTask as LowAccelerationTask
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
@@ -223,10 +226,11 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.stack": "Plan Stack",
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
-        "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampingTask "
-        "During EulerTask FrameTask GazeTask GradientTask JointCouplingTask JointTask "
-        "LevelDamping LinearHolonomicTask LookAtTask LoopTask ObjectiveTask OrientationTask "
-        "PositionTask QuaternionTask RelativeFrameTask Task"
+        "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampedTask "
+        "DampingTask During EulerTask FrameTask GazeTask GradientTask JointCouplingTask "
+        "JointTask JointVelocityTask LevelDamping LinearHolonomicTask LookAtTask LoopTask "
+        "LowAccelerationTask ObjectiveTask OrientationTask PositionTask QuaternionTask "
+        "RelativeFrameTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

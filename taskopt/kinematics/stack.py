@@ -106,6 +106,7 @@ class Plan:
             `at`.
         limits: Limits as bound, in order.
         rate_limits: Those of them whose bounds depend on the velocity of the last tick.
+        rate_tasks: Tasks that depend on that velocity.
         distance_limits: Those that keep distances, by name, each with what the last `at` measured.
         obstacles: Shapes of all limits and tasks, by the names that rows, pictures and logs use.
         configuration: Robot as of the last `at`.
@@ -127,6 +128,7 @@ class Plan:
         boxes = [limit for limit in self.limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
+        self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
         _check_gains(self.tasks, dt)
         owners = chain.from_iterable(limit.owners for limit in boxes)
         named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
@@ -161,13 +163,13 @@ class Plan:
         self._started = True
 
     def moved(self, v: Array) -> None:
-        """Tell the limits on acceleration which velocity the robot has until the next tick.
+        """Tell limits and tasks that follow the velocity which one the robot has until the next tick.
 
         Args:
             v: Velocity, (nv,) [rad/s, m/s].
         """
-        for limit in self.rate_limits:
-            limit.moved(v)
+        for part in (*self.rate_limits, *self.rate_tasks):
+            part.moved(v)
 
     def brakes(self) -> Array:
         """Return the velocity after braking as hard as the limits on acceleration allow.

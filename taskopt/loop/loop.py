@@ -1,6 +1,6 @@
 """One tick of a stack, the same for a run and inside somebody's own control loop.
 
-    targets at t, rows at q ─▶ answer ─▶ may it be sent? ─▶ if not: conflict policy ─▶ tell the rate limits
+    targets at t, rows at q ─▶ answer ─▶ may it be sent? ─▶ if not: conflict policy ─▶ tell who follows v
 
 After a tick whose answer may not be sent, the next tick starts without memory: the active set of a hierarchy
 whose limits contradict each other is no warm start for one whose limits agree.
@@ -58,7 +58,7 @@ class Loop:
     ) -> None:
         self.plan, self.resolver = plan, resolver
         self._policy: ConflictPolicy = policy
-        self._has_rate_limits = bool(plan.rate_limits)
+        self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks)
         self._memory: Memory | None = None
         self._nanoseconds = 0, 0
         self._one_call: OneCall | None = None if timed else one_call(plan, resolver)
@@ -92,7 +92,7 @@ class Loop:
         self.forget()
 
     def tick(self, q: Array, t: float) -> Resolution:
-        """Resolve the stack at one posture and time, and tell the rate limits the velocity that is sent.
+        """Resolve the stack at one posture and time, and tell limits and tasks that follow it the velocity.
 
         Args:
             q: Posture, (nq,) [rad, m].
@@ -110,7 +110,7 @@ class Loop:
         resolution = self._answer(q, t)
         if resolution.status is not _SOLVED or not self._solved_is_proven:
             resolution = self._checked(resolution, t)
-        if self._has_rate_limits:
+        if self._tells_velocity:
             self.plan.moved(resolution.x)
         return resolution
 

@@ -7,6 +7,7 @@ from taskopt.kinematics.task.base import Task as Task
 from taskopt.kinematics.task.centre_of_mass import CentreOfMassTask as CentreOfMassTask
 from taskopt.kinematics.task.coupling import JointCouplingTask as JointCouplingTask
 from taskopt.kinematics.task.coupling import LinearHolonomicTask as LinearHolonomicTask
+from taskopt.kinematics.task.damped import DampedTask as DampedTask
 from taskopt.kinematics.task.damping import DampingTask as DampingTask
 from taskopt.kinematics.task.frame import FrameTask as FrameTask
 from taskopt.kinematics.task.frame import OrientationTask as OrientationTask
@@ -23,3 +24,5 @@ from taskopt.kinematics.task.orientation_error import EulerTask as EulerTask
 from taskopt.kinematics.task.orientation_error import QuaternionTask as QuaternionTask
 from taskopt.kinematics.task.relative import RelativeFrameTask as RelativeFrameTask
 from taskopt.kinematics.task.transition import During as During
+from taskopt.kinematics.task.velocity import JointVelocityTask as JointVelocityTask
+from taskopt.kinematics.task.velocity import LowAccelerationTask as LowAccelerationTask

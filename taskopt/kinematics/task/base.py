@@ -38,6 +38,7 @@ class BoundTask(RowPart):
         gain: K [1/s], (m,).
         weight: Weights, (m,).
         error: e of the last `fill`, unweighted, (m,), in the unit of its row times seconds. `fill` writes it.
+        follows_velocity: True if `moved` must be called after each tick.
         frame: Name of the frame that the task moves, where it has desired and actual poses, else None.
         desired: Pose (4, 4) that the frame should have, as of the last `fill`, or None.
         actual: Pose (4, 4) that the frame has, as of the last `fill`, or None.
@@ -45,6 +46,7 @@ class BoundTask(RowPart):
         cone: Frame, unit axis in it (3,) and half angle [rad] of a cone to be drawn, or None.
     """
 
+    follows_velocity: bool = False
     frame: str | None = None
     desired: Array | None = None
     actual: Array | None = None
@@ -64,6 +66,13 @@ class BoundTask(RowPart):
         m = len(self.row_names)
         self.gain, self.weight = gains(gain, m), weights(weight, m)
         self.error: Array = np.zeros(m)
+
+    def moved(self, v: Array) -> None:
+        """Take a velocity for the one that the robot has until the next tick.
+
+        Args:
+            v: Velocity, (nv,) [rad/s, m/s].
+        """
 
 
 class Task:

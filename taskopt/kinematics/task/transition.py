@@ -132,6 +132,11 @@ class BoundDuring(BoundTask):
         self.weight, self.gain, self.error = inner.weight, inner.gain, inner.error
         self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
         self.box, self.cone = inner.box, inner.cone
+        self.follows_velocity = inner.follows_velocity
+
+    def moved(self, v: Array) -> None:
+        """Hand the velocity on to the task; see `BoundTask.moved`."""
+        self._inner.moved(v)
 
     def prepare(self, rows: LevelRows) -> None:
         """Write what never changes in the rows of the task; see `RowPart.prepare`."""

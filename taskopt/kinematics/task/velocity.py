@@ -1,0 +1,185 @@
+"""Tasks that ask for joint velocities outright: given ones, and those of the last tick."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.space import PostureSpace, Value
+from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
+from taskopt.kinematics.task.joint import one_dof_joints
+
+Velocity = Value | Callable[[float], Value]
+
+
+@dataclass(frozen=True, eq=False)
+class JointVelocityTask(Task):
+    """Move joints at given velocities: v = q̇_d, one unit vector for each velocity [rad/s, m/s].
+
+    There is no error that dies out: what a tick misses is not made up for later. `JointTask` with a moving
+    target follows a path instead.
+
+    Args:
+        target: q̇_d: a mapping from joint to number, one number for each joint, all velocities (nv,), or a
+            function of the time t [s] that returns one of these.
+        joints: Names of joints. Default: those of the mapping; else all that have one degree of freedom.
+        weight: Factor of ½ (v − q̇_d)² within the level [s²/rad², s²/m²], one number or one for each row.
+            More lets this task win over others of the same level; a row of weight 0 is left out.
+        name: Name in logs and plots. Default: "joint velocity".
+
+    Raises:
+        InvalidValue: A weight or a velocity is out of its range or has another size; when bound, or when a
+            function returns it.
+    """
+
+    target: Velocity
+    joints: Sequence[str] | None = field(default=None, kw_only=True)
+    weight: ArrayLike = field(default=1.0, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        different(self.joints)
+
+    def bind(self, robot: Robot, name: str) -> "BoundJointVelocities":
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no joint of that name.
+            InvalidValue: The velocities do not fit the joints.
+        """
+        joints = self.joints
+        if joints is None and isinstance(self.target, Mapping):
+            joints = tuple(self.target)
+        bound = BoundJointVelocities(robot, name, joints, self.weight)
+        bound.attach(self.target, PostureSpace(f"target of '{name}'", robot, bound.joints))
+        return bound
+
+
+@dataclass(frozen=True, eq=False)
+class LowAccelerationTask(Task):
+    """Keep the velocities of the last tick: v = v_last, one unit vector for each velocity [rad/s, m/s].
+
+    Beside other tasks of its level it makes changes of velocity cost. The first tick starts from rest, or
+    from the velocity that is given to `Controller.step`. It brings nothing to rest by itself; put a
+    `DampingTask` beside it for that.
+
+    Args:
+        weight: Factor of ½ (v − v_last)² within the level [s²/rad², s²/m²], one number or one for each row.
+            More lets velocities change more slowly; a row of weight 0 is left out.
+        joints: Names of joints. Default: all that have one degree of freedom.
+        name: Name in logs and plots. Default: "low acceleration".
+
+    Raises:
+        InvalidValue: A joint is named twice; or, when bound, a weight is out of its range.
+    """
+
+    weight: ArrayLike = 1.0
+    joints: Sequence[str] | None = field(default=None, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        different(self.joints)
+
+    def bind(self, robot: Robot, name: str) -> "BoundLowAcceleration":
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            UnknownName: The robot has no joint of that name.
+        """
+        return BoundLowAcceleration(robot, name, self.joints, self.weight)
+
+
+class _BoundUnitRows(BoundTask):
+    """Unit vectors for the velocities of some joints; subclasses say which velocities they ask for."""
+
+    def __init__(self, robot: Robot, name: str, joints: Sequence[str] | None, weight: ArrayLike) -> None:
+        self.joints = one_dof_joints(robot) if joints is None else tuple(joints)
+        spans = [robot.velocity_index(joint) for joint in self.joints]
+        columns = np.array([c for span in spans for c in range(span.start, span.stop)], dtype=np.int64)
+        if columns.size == 0:
+            raise InvalidValue(f"task '{name}' has no joint")
+        every = weights(weight, columns.size)
+        self._columns = columns = columns[every > 0.0]
+        names = [robot.velocity_names[c] for c in columns]
+        units = rate_units(robot.coordinate_units[c] for c in columns)
+        super().__init__(name, names, units, 0.0, every[every > 0.0], columns.tolist())
+
+    def prepare(self, rows: LevelRows) -> None:
+        """Write the unit vectors; see `RowPart.prepare`."""
+        rows.A[np.arange(self._columns.size), self._columns] = 1.0
+
+
+class BoundJointVelocities(_BoundUnitRows):
+    """The rows of a `JointVelocityTask`.
+
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        joints: Names of joints, or None for all that have one degree of freedom.
+        weight: Weight, one number or one for each velocity of the joints.
+
+    Attributes:
+        joints: Names of the joints.
+    """
+
+    def attach(self, target: Velocity, space: PostureSpace) -> None:
+        """Take velocities.
+
+        Args:
+            target: q̇_d, or a function of time.
+            space: The joints that it speaks of.
+        """
+        self._space, self._of_time = space, target if callable(target) else None
+        self._velocity = None if callable(target) else space.convert_rate(target)
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the bounds; see `RowPart.fill`."""
+        if self._of_time is not None:
+            self._velocity = self._space.convert_rate(self._of_time(t))
+        rows.lower[:] = rows.upper[:] = self._velocity[self._columns]
+
+
+class BoundLowAcceleration(_BoundUnitRows):
+    """The rows of a `LowAccelerationTask`; at rest until told otherwise.
+
+    Args:
+        robot: The robot.
+        name: Name of the task in its plan.
+        joints: Names of joints, or None for all that have one degree of freedom.
+        weight: Weight, one number or one for each velocity of the joints.
+
+    Attributes:
+        joints: Names of the joints.
+    """
+
+    follows_velocity = True
+
+    def __init__(self, robot: Robot, name: str, joints: Sequence[str] | None, weight: ArrayLike) -> None:
+        super().__init__(robot, name, joints, weight)
+        self._last: Array = np.zeros(self._columns.size)
+
+    def moved(self, v: Array) -> None:
+        """Take the velocity that the robot has until the next tick; see `BoundTask.moved`."""
+        self._last[:] = v[self._columns]
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Write the bounds; see `RowPart.fill`."""
+        rows.lower[:] = rows.upper[:] = self._last
+
+
+def different(joints: Sequence[str] | None) -> None:
+    """Raise an error unless joints are different names in a list.
+
+    Args:
+        joints: Names, or None for the default of a task.
+
+    Raises:
+        InvalidValue: They are one text, or one stands twice.
+    """
+    if joints is not None and (isinstance(joints, str) or len(set(joints)) != len(joints)):
+        raise InvalidValue(f"joints must be different names in a list, got {joints!r}")
