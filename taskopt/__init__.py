@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from taskopt.arrays import Array as Array
     from taskopt.compare import Comparison as Comparison
     from taskopt.errors import BadLog as BadLog
+    from taskopt.errors import DroppedWarning as DroppedWarning
     from taskopt.errors import Infeasible as Infeasible
     from taskopt.errors import InvalidValue as InvalidValue
     from taskopt.errors import MissingFile as MissingFile
@@ -181,7 +182,8 @@ _NAMES = {  # module: the names that live there
     "taskopt.arrays": "Array",
     "taskopt.compare": "Comparison",
     "taskopt.errors": (
-        "BadLog Infeasible InvalidValue MissingFile NotInstalled NotSolved TaskoptError UnknownName"
+        "BadLog DroppedWarning Infeasible InvalidValue MissingFile NotInstalled NotSolved TaskoptError "
+        "UnknownName"
     ),
     "taskopt.hierarchy.active": "Active",
     "taskopt.hierarchy.alternation": "Alternation alternations",

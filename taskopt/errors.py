@@ -91,5 +91,9 @@ class NotSolved(TaskoptError, RuntimeError):
         self.resolution = resolution
 
 
+class DroppedWarning(UserWarning):
+    """A file of a robot states something that the robot does not have; `Robot.dropped` lists all of it."""
+
+
 class BadLog(TaskoptError, ValueError):
     """A recording or table cannot be read; the message says how much of it is intact."""

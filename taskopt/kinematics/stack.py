@@ -15,6 +15,7 @@ from taskopt.hierarchy.view import box_of, rows_of
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, named_apart
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
+from taskopt.kinematics.limit.coupling import BoundCoupling
 from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.kinematics.part import Part, RowPart, check_complete
 from taskopt.kinematics.plan import compiled_tick, flawed
@@ -127,6 +128,7 @@ class Plan:
         self.limits = tuple(_bound_limit(limit, robot, dt) for limit in limits)
         boxes = [limit for limit in self.limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
+        hard += [BoundCoupling(robot, robot.couplings)] if robot.couplings else []
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
         self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
         _check_gains(self.tasks, dt)

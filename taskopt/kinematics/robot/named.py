@@ -3,6 +3,7 @@
 import sys
 from collections import Counter
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -10,7 +11,8 @@ from pathlib import Path
 from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.kinematics.robot.arms import ARMS
 from taskopt.kinematics.robot.parts import Parts
-from taskopt.kinematics.robot.urdf import lazy_parts, named_states, read_tree
+from taskopt.kinematics.robot.srdf import named_states
+from taskopt.kinematics.robot.urdf import lazy_parts, read_tree
 
 # Walkers and flyers whose SRDF does not say so. All others float if a named posture of their SRDF
 # places the root joint, and most of its joints are theirs: TALOS floats, its left arm alone does not.
@@ -49,8 +51,8 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
     path = _path(name)
     srdf = _srdf_of(path)
     float_it = floats(path, srdf) if floating is None else floating
-    parts = lazy_parts(path, [str(share)], float_it, srdf)
-    return Parts(parts.model, parts.geometry, parts.visual, name, parts.postures)
+    parts = lazy_parts(path, [share], float_it, srdf)
+    return replace(parts, name=name)
 
 
 def robot_names() -> tuple[str, ...]:

@@ -4,7 +4,7 @@
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
@@ -12,6 +12,8 @@ from typing_extensions import TypeAliasType
 
 from taskopt.arrays import Array
 from taskopt.kinematics.engine import GeometryModel, Model
+from taskopt.kinematics.robot.couplings import Coupling, coupled
+from taskopt.kinematics.robot.rebuild import has_turning_axes, rebuilt
 
 Shapes = TypeAliasType("Shapes", GeometryModel | Callable[[], GeometryModel] | None)
 """Shapes, or a function that loads them on first use, or None for no shapes."""
@@ -27,6 +29,8 @@ class Parts:
         visual: Shapes to draw, or a function that loads them; None: the collision shapes.
         name: Name of the robot.
         postures: Named configurations (nq,) [rad, m].
+        couplings: Joints that follow others; the leaders follow no joint.
+        dropped: Sentences on everything in the file that the robot does not have.
     """
 
     model: Model
@@ -34,9 +38,13 @@ class Parts:
     visual: Shapes = None
     name: str = "robot"
     postures: Mapping[str, Array] = field(default_factory=dict)
+    couplings: tuple[Coupling, ...] = ()
+    dropped: tuple[str, ...] = ()
 
     def locked(self, ids: Sequence[int], q: Array) -> "Parts":
         """Make the parts of a robot in which some joints are fixed.
+
+        A joint that is coupled to one of them is fixed, too, where the leader of the coupling puts it.
 
         Args:
             ids: Pinocchio's indices of the joints to fix.
@@ -45,30 +53,77 @@ class Parts:
         Returns:
             New parts; shapes are still loaded on first use only.
         """
+        if not _can_be_reduced(self.model):
+            return self._rebuilt({}).locked(ids, q)
+        model, fixed = self.model, self._coupled_to(ids)
+        held = coupled(self.model, self.couplings, q)
+        names = {self.model.names[i] for i in fixed}
 
         def reduced(shapes: Shapes) -> Callable[[], GeometryModel]:
-            return lambda: pin.buildReducedModel(self.model, self._with_frames(shapes), list(ids), q)[1]
+            return lambda: pin.buildReducedModel(model, _with_frames(model, shapes), fixed, held)[1]
 
         return Parts(
-            pin.buildReducedModel(self.model, list(ids), q),
+            pin.buildReducedModel(model, fixed, held),
             reduced(self.geometry),
             None if self.visual is None else reduced(self.visual),
             self.name,
-            {name: self._kept(posture, ids) for name, posture in self.postures.items()},
+            {name: self._kept(posture, fixed) for name, posture in self.postures.items()},
+            tuple(coupling for coupling in self.couplings if coupling.leader not in names),
+            self.dropped,
         )
 
-    def _with_frames(self, shapes: Shapes) -> GeometryModel:
-        """Copy the shapes, and give each a parent frame; Pinocchio crashes on shapes without one."""
-        model = pin.GeometryModel(loaded(shapes))
-        for shape in model.geometryObjects:
-            if shape.parentFrame >= self.model.nframes:
-                shape.parentFrame = self.model.getFrameId(self.model.names[shape.parentJoint])
-        return model
+    def with_still_axes(self, names: Mapping[str, Sequence[str]]) -> "Parts":
+        """Split the joints whose axes turn with their own coordinates into joints with one axis each.
+
+        Args:
+            names: Names of the axes of a joint that is split; default: its own name and a number.
+
+        Returns:
+            Parts with the same coordinates; these parts themselves if there is no such joint.
+
+        Raises:
+            InvalidValue: A joint can neither be kept nor split, or the names of its axes are lost.
+        """
+        return self._rebuilt(names) if has_turning_axes(self.model) else self
+
+    def _rebuilt(self, names: Mapping[str, Sequence[str]]) -> "Parts":
+        """Build the tree anew; the shapes are still loaded on first use only."""
+        new = rebuilt(self.model, names)
+
+        def moved(shapes: Shapes) -> Shapes:
+            return None if shapes is None else lambda: new.moved(loaded(shapes))
+
+        return replace(self, model=new.model, geometry=moved(self.geometry), visual=moved(self.visual))
+
+    def _coupled_to(self, ids: Sequence[int]) -> list[int]:
+        """Return the indices of joints with those of all joints that are coupled to them, sorted."""
+        names = {self.model.names[i] for i in ids}
+        leaders = {c.leader for c in self.couplings if names & {c.leader, c.follower}}
+        names |= leaders | {c.follower for c in self.couplings if c.leader in leaders}
+        return [i for i, name in enumerate(self.model.names) if i > 0 and name in names]
 
     def _kept(self, q: Array, ids: Sequence[int]) -> Array:
         """Return the part of a configuration that belongs to the joints that are not fixed."""
         joints = [joint for i, joint in enumerate(self.model.joints) if i > 0 and i not in ids]
         return np.concatenate([np.empty(0), *(q[j.idx_q : j.idx_q + j.nq] for j in joints)])
+
+
+def _can_be_reduced(model: Model) -> bool:
+    """Return True if Pinocchio can fix joints of a tree: frames of all joints, no lower limit above its upper.
+
+    A joint that was added without limits has a lower limit of speed of +1.8e308 in Pinocchio 4.1.
+    """
+    frames = all(model.existFrame(name, pin.FrameType.JOINT) for name in list(model.names)[1:])
+    return frames and bool((model.lowerVelocityLimit <= model.upperVelocityLimit).all())
+
+
+def _with_frames(model: Model, shapes: Shapes) -> GeometryModel:
+    """Copy the shapes, and give each a parent frame of the tree; Pinocchio crashes on shapes without one."""
+    out = pin.GeometryModel(loaded(shapes))
+    for shape in out.geometryObjects:
+        if shape.parentFrame >= model.nframes:
+            shape.parentFrame = model.getFrameId(model.names[shape.parentJoint])
+    return out
 
 
 def loaded(shapes: Shapes) -> GeometryModel:

@@ -14,6 +14,7 @@ from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.tolerances import JOINT_RANGE, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
+from taskopt.kinematics.robot.couplings import Coupling, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import joint_table
 from taskopt.kinematics.robot.named import load_named
@@ -30,7 +31,8 @@ class Robot:
     in the file is no velocity limit. Velocities are those of Pinocchio, in the joint's own frame.
 
     Attributes:
-        model: The kinematic tree.
+        model: The kinematic tree; a joint whose axes turn with its own coordinates (composite, universal,
+            Euler angles) is split into joints with one axis each, which changes no coordinate.
         name: Name of the robot.
         nq: How many numbers a configuration q has.
         nv: How many numbers a velocity v has.
@@ -41,7 +43,9 @@ class Robot:
         position_lower: (nv,) [rad, m], −inf where there is no limit.
         position_upper: (nv,) [rad, m], +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s], +inf where there is no limit.
-        neutral: (nq,) Pinocchio's neutral configuration.
+        couplings: Joints that follow others, as mimic joints do; a stack holds them as hard rows.
+        dropped: Sentences on everything in the robot's file that the robot does not have.
+        neutral: (nq,) Pinocchio's neutral configuration, with coupled joints where their leaders put them.
         postures: Named configurations (nq,), "neutral" and "middle" among them.
     """
 
@@ -53,6 +57,8 @@ class Robot:
         *,
         name: str | None = None,
         postures: Mapping[str, ArrayLike] | None = None,
+        couplings: Sequence[Coupling] = (),
+        dropped: Sequence[str] = (),
     ) -> None:
         """Make a robot from a kinematic tree.
 
@@ -62,7 +68,9 @@ class Robot:
                 since meshes take seconds to load; None: no shapes.
             visual: What a viewer draws, likewise; None: the collision shapes.
             name: Name of the robot; default: the model's.
-            postures: Named configurations (nq,) [rad, m].
+            postures: Named configurations (nq,) [rad, m]; coupled joints are moved to where they belong.
+            couplings: Joints that follow others; the leaders must not follow a joint themselves.
+            dropped: Sentences on what a file states and the robot does not have.
 
         Raises:
             InvalidValue: The model is no `pin.Model`, has wrong limits or mimic joints, or a posture does not
@@ -73,7 +81,8 @@ class Robot:
                 f"a robot is made from a pin.Model, got {model!r}; for a name use Robot.load, for a file "
                 "Robot.from_urdf"
             )
-        self.model = model
+        parts = Parts(model, geometry, visual).with_still_axes({})
+        self.model = model = parts.model
         self.name: str = name or model.name or "robot"
         self.nq: int = model.nq
         self.nv: int = model.nv
@@ -86,9 +95,10 @@ class Robot:
         self.position_upper = table.position_upper
         self.velocity_limit = table.velocity_limit
         self._unit_norm = table.unit_norm
-        self._geometry, self._visual = geometry, visual
-        self.neutral: Array = _frozen(pin.neutral(model))
-        given = {key: self.checked_q(q) for key, q in (postures or {}).items()}
+        self._geometry, self._visual = parts.geometry, parts.visual
+        self.couplings, self.dropped = tuple(couplings), tuple(dropped)
+        self.neutral: Array = _frozen(self.coupled(pin.neutral(model)))
+        given = {key: self.coupled(self.checked_q(q)) for key, q in (postures or {}).items()}
         self.postures: dict[str, Array] = {"neutral": self.neutral, "middle": self._middle(), **given}
 
     @staticmethod
@@ -126,15 +136,18 @@ class Robot:
             lock: Names of joints that are held where they are in neutral, moved into their limits.
             floating: Give the robot a floating base.
             srdf: File with named postures and with pairs of links that are never checked for collision.
-            meshes: False does without shapes.
+            meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
 
         Returns:
-            The robot.
+            The robot. What the file states and the robot does not have is listed in `dropped`.
 
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
-            InvalidValue: Pinocchio cannot read the file.
+            InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
             UnknownName: a joint to lock does not exist.
+
+        Warns:
+            DroppedWarning: The file states something that the robot does not have.
         """
         return Robot.from_parts(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
 
@@ -180,7 +193,15 @@ class Robot:
         Raises:
             InvalidValue: The tree has wrong limits or mimic joints, or a posture does not fit it.
         """
-        return Robot(parts.model, parts.geometry, parts.visual, name=parts.name, postures=parts.postures)
+        return Robot(
+            parts.model,
+            parts.geometry,
+            parts.visual,
+            name=parts.name,
+            postures=parts.postures,
+            couplings=parts.couplings,
+            dropped=parts.dropped,
+        )
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, nq={self.nq}, nv={self.nv})"
@@ -327,7 +348,15 @@ class Robot:
         if not ids:
             return self
         postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
-        parts = Parts(self.model, lambda: self.geometry, lambda: self.visual, self.name, postures)
+        parts = Parts(
+            self.model,
+            lambda: self.geometry,
+            lambda: self.visual,
+            self.name,
+            postures,
+            self.couplings,
+            self.dropped,
+        )
         return Robot.from_parts(
             parts.locked(ids, self._inside(self.neutral) if q is None else self.checked_q(q))
         )
@@ -355,6 +384,17 @@ class Robot:
                 )
             out[part] /= norm
         return out
+
+    def coupled(self, q: Array) -> Array:
+        """Move the joints that follow others to where their leaders put them.
+
+        Args:
+            q: (nq,) [rad, m].
+
+        Returns:
+            A new configuration (nq,) that satisfies the couplings; q for a robot without couplings.
+        """
+        return coupled(self.model, self.couplings, q)
 
     @cached_property
     def mass(self) -> float:
@@ -436,7 +476,7 @@ class Robot:
         out, has = q.copy(), self.position_index >= 0
         places = self.position_index[has]
         out[places] = np.clip(out[places], self.position_lower[has], self.position_upper[has])
-        return out
+        return self.coupled(out)
 
     def _middle(self) -> Array:
         """Return the posture (nq,) in the middle of all two-sided ranges.
@@ -447,7 +487,7 @@ class Robot:
         two_sided = np.isfinite(self.position_lower) & np.isfinite(self.position_upper)
         middle = 0.5 * (self.position_lower[two_sided] + self.position_upper[two_sided])
         out[self.position_index[two_sided]] = middle
-        return _frozen(out)
+        return _frozen(self.coupled(out))
 
 
 def _frozen(array: Array) -> Array:

@@ -1,20 +1,27 @@
-"""Reading URDF and SRDF files."""
+"""Reading URDF files."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-import os
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 
-from taskopt.arrays import Array
-from taskopt.errors import InvalidValue, MissingFile
-from taskopt.kinematics.engine import GeometryModel, JointModel, Model
+from taskopt.errors import InvalidValue
+from taskopt.kinematics.engine import GeometryModel, Model
+from taskopt.kinematics.robot.couplings import Coupling, chained, narrow_leaders
+from taskopt.kinematics.robot.dropped import warn_of_dropped
+from taskopt.kinematics.robot.meshes import mesh_folders, read_shapes, with_found_meshes, without_meshes
 from taskopt.kinematics.robot.parts import Parts
+from taskopt.kinematics.robot.srdf import add_pairs, postures
+from taskopt.kinematics.robot.urdf_check import checked_urdf
+from taskopt.kinematics.robot.xml_file import existing, number
+
+_ONE_AXIS = ("revolute", "continuous", "prismatic")
 
 
 def read_urdf(
@@ -28,27 +35,35 @@ def read_urdf(
 
     Args:
         path: The URDF file.
-        package_dirs: Folders in which package:// is looked for; default: those above the file.
+        package_dirs: Folders in which package:// is looked for; default: those above the file. The variables
+            ROS_PACKAGE_PATH and AMENT_PREFIX_PATH are followed in either case.
         floating: Give the robot a floating base.
         srdf: File with named postures and disabled pairs of links, or None.
-        meshes: False does without shapes.
+        meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
 
     Returns:
         The parts; shapes are loaded on first use.
 
     Raises:
         MissingFile: The file, its SRDF or a mesh is not there.
-        InvalidValue: Pinocchio cannot read the file.
+        InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
+
+    Warns:
+        DroppedWarning: The file states something that the robot does not have.
     """
-    path = _existing(path, "URDF")
-    folders = _folders(path, package_dirs)
+    file = existing(path, "URDF")
+    folders = mesh_folders(file, package_dirs)
+    parts = lazy_parts(file, folders, floating, None if srdf is None else existing(srdf, "SRDF"), meshes)
+    root = checked_urdf(file)[0]
     if meshes:
-        require_meshes(path, folders)
-    return lazy_parts(path, folders, floating, None if srdf is None else _existing(srdf, "SRDF"), meshes)
+        with_found_meshes(file, root, folders)
+    warn_of_dropped(file, parts.dropped)
+    left_out = () if meshes else without_meshes(root)[1]
+    return replace(parts, dropped=(*parts.dropped, *left_out))
 
 
 def lazy_parts(
-    path: Path, folders: list[str], floating: bool, srdf: Path | None, meshes: bool = True
+    path: Path, folders: list[Path], floating: bool, srdf: Path | None, meshes: bool = True
 ) -> Parts:
     """Read the tree of a robot now, and its shapes on first use.
 
@@ -57,30 +72,39 @@ def lazy_parts(
         folders: Folders in which meshes are looked for.
         floating: Give the robot a floating base.
         srdf: Its SRDF file, or None.
-        meshes: False does without shapes.
+        meshes: False leaves out meshes.
 
     Returns:
         The parts of the robot.
 
     Raises:
-        InvalidValue: Pinocchio cannot read the file.
+        InvalidValue: The file is no tree that a `pin.Model` can hold.
     """
+    root, dropped = checked_urdf(path)
+    model = _tree(path, root, floating)
+    couplings, lost = _couplings(path, root)
+    moving = [coupling for coupling in couplings if model.existJointName(coupling.leader)]
+    root = root if meshes else without_meshes(root)[0]
+    fixed = {joint.get("name", "") for joint in root.findall("joint") if joint.get("type") == "fixed"}
+    states, unread = ({}, ()) if srdf is None else postures(srdf, model, fixed)
+    beyond = narrow_leaders(model, moving)
 
     def shapes(kind: pin.GeometryType) -> GeometryModel:
-        require_meshes(path, folders)
-        out = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+        out = read_shapes(path, with_found_meshes(path, root, folders), model, kind)
         if srdf is not None and kind == pin.GeometryType.COLLISION:
-            _add_pairs(model, out, srdf)
+            add_pairs(model, out, srdf)
         return out
 
-    model = read_tree(path, floating)
-    return Parts(
+    parts = Parts(
         model,
-        (lambda: shapes(pin.GeometryType.COLLISION)) if meshes else None,
-        (lambda: shapes(pin.GeometryType.VISUAL)) if meshes else None,
+        lambda: shapes(pin.GeometryType.COLLISION),
+        lambda: shapes(pin.GeometryType.VISUAL),
         path.stem,
-        {} if srdf is None else postures(srdf, model),
+        states,
+        tuple(moving),
+        (*dropped, *lost, *beyond, *unread),
     )
+    return _without_stuck(parts, couplings)
 
 
 def read_tree(path: Path, floating: bool) -> Model:
@@ -94,130 +118,64 @@ def read_tree(path: Path, floating: bool) -> Model:
         The tree (`pin.Model`).
 
     Raises:
-        InvalidValue: Pinocchio cannot read the file.
+        InvalidValue: The file is no tree that a `pin.Model` can hold.
     """
+    return _tree(path, checked_urdf(path)[0], floating)
+
+
+def _tree(path: Path, root: ET.Element, floating: bool) -> Model:
+    """Read the tree of a file whose root element has been checked; see `read_tree`."""
+    moving = [joint.get("name", "") for joint in root.findall("joint") if joint.get("type") != "fixed"]
+    if not moving and not floating:
+        raise InvalidValue(f"{path} has no joint that moves; floating=True gives it a floating base")
     try:
         if floating:
-            return pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
-        return pin.buildModelFromUrdf(str(path))
-    except ValueError as error:
+            model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+        else:
+            model = pin.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError, IndexError) as error:
         raise InvalidValue(f"{path} is not a URDF that Pinocchio can read: {error}") from error
+    lost = [name for name in moving if not model.existJointName(name)]
+    lost += [
+        link.get("name", "") for link in root.findall("link") if not model.existFrame(link.get("name", ""))
+    ]
+    if lost:
+        raise InvalidValue(f"Pinocchio read {path} without {', '.join(lost)}, of which the file says more")
+    return model
 
 
-def require_meshes(path: Path, folders: list[str]) -> None:
-    """Look for every mesh that a URDF file refers to.
-
-    Args:
-        path: The URDF file.
-        folders: Folders in which meshes are looked for.
-
-    Raises:
-        MissingFile: a mesh is in none of the folders.
-    """
-    for mesh in _parse(path).iter("mesh"):
-        filename = mesh.get("filename", "")
-        if not _found(filename, folders):
-            raise MissingFile(
-                f"mesh {filename}, which {path} refers to, is not there; give package_dirs= the folder "
-                f"that holds the package (looked in: {', '.join(folders)}), or meshes=False to do without"
-            )
-
-
-def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
-    """Read the joint values of each `group_state` of an SRDF file.
-
-    States of one name that belong to several groups are merged.
-
-    Args:
-        srdf: The SRDF file.
-
-    Returns:
-        For each state, the values [rad, m] of each of its joints.
-
-    Raises:
-        InvalidValue: The file is not XML.
-    """
-    states: dict[str, dict[str, list[float]]] = {}
-    for state in _parse(srdf).iter("group_state"):
-        values = states.setdefault(state.get("name", ""), {})
-        for joint in state.iter("joint"):
-            values[joint.get("name", "")] = [float(x) for x in joint.get("value", "").split()]
-    return states
-
-
-def postures(srdf: Path, model: Model) -> dict[str, Array]:
-    """Read the named configurations of an SRDF file; joints that it does not name are neutral.
-
-    A state of which the model lacks most joints belongs to another variant of the robot, and is left out.
-
-    Args:
-        srdf: The SRDF file.
-        model: The kinematic tree.
-
-    Returns:
-        Configurations (nq,) [rad, m] by name.
-
-    Raises:
-        InvalidValue: The file is not XML.
-    """
-    out = {}
-    for name, values in named_states(srdf).items():
-        known = [joint for joint in values if model.existJointName(joint)]
-        if 2 * len(known) <= len(values):
+def _couplings(path: Path, root: ET.Element) -> tuple[tuple[Coupling, ...], tuple[str, ...]]:
+    """Read the mimic joints of a file, with leaders that follow no joint; say which have none to follow."""
+    joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
+    stated, lost = [], []
+    for name, joint in joints.items():
+        mimic = joint.find("mimic")
+        if mimic is None or joint.get("type") not in _ONE_AXIS:
             continue
-        q = pin.neutral(model)
-        for joint in known:
-            _set(q, model.joints[model.getJointId(joint)], values[joint])
-        out[name] = pin.normalize(model, q)
-    return out
+        where, leader = f"{path}: joint '{name}'", mimic.get("joint", "")
+        if leader not in joints:
+            lost.append(f"joint {name} mimics '{leader}', which is not there, and moves by itself")
+            continue
+        if joints[leader].get("type") in ("planar", "floating"):
+            raise InvalidValue(
+                f"{where} mimics '{leader}', which has several axes; it can follow one axis only"
+            )
+        factor, offset = number(where, mimic, "multiplier", "1"), number(where, mimic, "offset", "0")
+        stated.append(Coupling(name, leader, factor, offset))
+    return chained(path, stated), tuple(lost)
 
 
-def _add_pairs(model: Model, shapes: GeometryModel, srdf: Path) -> None:
-    """Give the shapes all pairs except those that an SRDF disables; no pairs if it disables none."""
-    if next(_parse(srdf).iter("disable_collisions"), None) is not None:
-        shapes.addAllCollisionPairs()
-        pin.removeCollisionPairs(model, shapes, str(srdf))
-
-
-def _set(q: Array, joint: JointModel, values: list[float]) -> None:
-    """Write a joint's value into q; an SRDF states an angle even where q holds cosine and sine."""
-    if len(values) == 1 and joint.nq == 2 and joint.nv == 1:
-        values = [float(np.cos(values[0])), float(np.sin(values[0]))]
-    if len(values) == joint.nq:
-        q[joint.idx_q : joint.idx_q + joint.nq] = values
-
-
-def _parse(path: Path) -> "ET.ElementTree[ET.Element]":
-    """Read an XML file; raise `InvalidValue` if it is none."""
-    try:
-        return ET.parse(path)
-    except ET.ParseError as error:
-        raise InvalidValue(f"{path} is not XML: {error}") from error
-
-
-def _existing(path: str | Path, kind: str) -> Path:
-    """Return the absolute path of a file; raise `MissingFile` if it is not there."""
-    path = Path(path).expanduser().resolve()
-    if not path.is_file():
-        near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
-        there = f"; in that folder: {', '.join(near)}" if near else "; check the path"
-        raise MissingFile(f"no {kind} file {path}{there}")
-    return path
-
-
-def _folders(path: Path, package_dirs: Iterable[str | Path] | None) -> list[str]:
-    """List the folders in which meshes are looked for: those given, or all above the file; always its own."""
-    if package_dirs is None:
-        return [str(folder) for folder in path.parents]
-    if isinstance(package_dirs, str | Path):
-        package_dirs = [package_dirs]
-    return [str(Path(folder).expanduser().resolve()) for folder in [*package_dirs, path.parent]]
-
-
-def _found(filename: str, folders: list[str]) -> bool:
-    """Return True if Pinocchio will find a mesh, in one of the folders or under its absolute name."""
-    scheme, _, inner = filename.rpartition("://")
-    if Path(inner).is_absolute() and scheme in {"", "file"}:
-        return Path(inner).is_file()
-    ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    return any((Path(folder) / inner.lstrip("/")).is_file() for folder in [*folders, *filter(None, ros)])
+def _without_stuck(parts: Parts, couplings: Iterable[Coupling]) -> Parts:
+    """Lock the joints that follow a fixed joint, whose coordinate is 0."""
+    stuck = [coupling for coupling in couplings if not parts.model.existJointName(coupling.leader)]
+    if not stuck:
+        return parts
+    q, ids = pin.neutral(parts.model), []
+    for coupling in stuck:
+        ids.append(parts.model.getJointId(coupling.follower))
+        joint = parts.model.joints[ids[-1]]
+        angle = coupling.offset
+        q[joint.idx_q : joint.idx_q + joint.nq] = (
+            (angle,) if joint.nq == 1 else (np.cos(angle), np.sin(angle))
+        )
+    return parts.locked(ids, q)

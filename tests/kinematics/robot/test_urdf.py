@@ -68,7 +68,7 @@ def test_joints_are_locked_on_loading(folder):
         ({"path": "nowhere/two.urdf"}, MissingFile, "no URDF file .*; check the path"),
         ({"path": "two.urdf", "srdf": "three.srdf"}, MissingFile, "no SRDF file .*in that folder: two.srdf"),
         ({"path": "broken.urdf"}, InvalidValue, "broken.urdf is not XML"),
-        ({"path": "broken.urdf", "meshes": False}, InvalidValue, "not a URDF that Pinocchio can read"),
+        ({"path": "broken.urdf", "meshes": False}, InvalidValue, "broken.urdf is not XML"),
     ],
 )
 def test_files_that_are_missing_or_broken_are_named(folder, options, error, said):

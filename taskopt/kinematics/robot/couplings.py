@@ -1,0 +1,123 @@
+"""Couplings of joints, as <mimic> of a URDF and <equality><joint> of an MJCF file state them."""
+
+# Pinocchio and Coal ship no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue
+from taskopt.kinematics.engine import Model
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A joint that follows another: q_follower = multiplier · q_leader + offset.
+
+    Attributes:
+        follower: Name of the joint that follows.
+        leader: Name of the joint that leads.
+        multiplier: Factor [rad/rad, m/m, or a mixture].
+        offset: [rad, m].
+    """
+
+    follower: str
+    leader: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+def chained(path: object, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]:
+    """Lead every follower back to a joint that follows no other.
+
+    A joint with q = m p + o that follows p = n r + s has q = (m n) r + (m s + o).
+
+    Args:
+        path: The file, for messages.
+        couplings: As the file states them.
+
+    Returns:
+        Couplings whose leaders follow no joint, in the same order.
+
+    Raises:
+        InvalidValue: A joint follows itself, directly or through others.
+    """
+    stated = {coupling.follower: coupling for coupling in couplings}
+    out = []
+    for coupling in stated.values():
+        found, seen = coupling, [coupling.follower]
+        while found.leader in stated:
+            if found.leader in seen:
+                raise InvalidValue(
+                    f"{path}: joint '{coupling.follower}' mimics itself, through {', '.join(seen)}"
+                )
+            seen.append(found.leader)
+            next_ = stated[found.leader]
+            m, n = found.multiplier, next_.multiplier
+            found = Coupling(coupling.follower, next_.leader, m * n, m * next_.offset + found.offset)
+        out.append(found)
+    return tuple(out)
+
+
+def coupled(model: Model, couplings: Sequence[Coupling], q: Array) -> Array:
+    """Move the followers of a configuration to where their leaders put them.
+
+    Args:
+        model: The kinematic tree.
+        couplings: Couplings whose leaders follow no joint.
+        q: Configuration (nq,) [rad, m].
+
+    Returns:
+        A new configuration (nq,) that satisfies the couplings.
+    """
+    out = q.copy()
+    for coupling in couplings:
+        angle = coupling.multiplier * _coordinate(model, coupling.leader, out) + coupling.offset
+        joint = model.joints[model.getJointId(coupling.follower)]
+        out[joint.idx_q : joint.idx_q + joint.nq] = (
+            (angle,) if joint.nq == 1 else (np.cos(angle), np.sin(angle))
+        )
+    return out
+
+
+def narrow_leaders(model: Model, couplings: Sequence[Coupling]) -> tuple[str, ...]:
+    """Narrow the position range of each leader to where its followers are within theirs.
+
+    Args:
+        model: The kinematic tree, whose limits are changed in place.
+        couplings: Couplings whose leaders follow no joint.
+
+    Returns:
+        One sentence for each coupling whose ranges contradict each other.
+    """
+    dropped = []
+    for coupling in couplings:
+        leader, follower = (
+            model.joints[model.getJointId(name)] for name in (coupling.leader, coupling.follower)
+        )
+        if leader.nq != 1 or follower.nq != 1 or coupling.multiplier == 0.0:
+            continue
+        of_follower = np.array(
+            [model.lowerPositionLimit[follower.idx_q], model.upperPositionLimit[follower.idx_q]]
+        )
+        ends = np.sort((of_follower - coupling.offset) / coupling.multiplier)
+        lower = max(float(model.lowerPositionLimit[leader.idx_q]), ends[0])
+        upper = min(float(model.upperPositionLimit[leader.idx_q]), ends[1])
+        if lower > upper:
+            dropped.append(
+                f"joint {coupling.follower} mimics {coupling.leader} beyond its own range, wherever that is"
+            )
+            continue
+        for limit, value in ((model.lowerPositionLimit, lower), (model.upperPositionLimit, upper)):
+            limit[leader.idx_q] = value
+    return tuple(dropped)
+
+
+def _coordinate(model: Model, name: str, q: Array) -> float:
+    """Return the coordinate of a joint with one axis; of a continuous joint its angle in (−π, π]."""
+    joint = model.joints[model.getJointId(name)]
+    part = q[joint.idx_q : joint.idx_q + joint.nq]
+    return float(part[0]) if joint.nq == 1 else float(np.arctan2(part[1], part[0]))
