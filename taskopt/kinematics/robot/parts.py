@@ -109,7 +109,7 @@ class Parts:
 
 
 def _can_be_reduced(model: Model) -> bool:
-    """Return True if Pinocchio can fix joints of a tree: frames of all joints, no lower limit above its upper.
+    """Return True if Pinocchio can fix joints: each has a frame, and no lower limit is above its upper one.
 
     A joint that was added without limits has a lower limit of speed of +1.8e308 in Pinocchio 4.1.
     """
