@@ -1,4 +1,4 @@
-"""What the first run costs: CPU of all processes from an empty folder of compiled kernels, old and new.
+"""Cost of the first run: CPU time of all processes from an empty folder of compiled kernels, old and new.
 
     python benchmarks/first_run.py --against 8dbc6b4
 

@@ -34,7 +34,7 @@ GAINS = (0.1, 1.0, 10.0)  # k0 of the null-space climb: [rad²/(m s)]
 
 @dataclass
 class Row:
-    """What became of one method over all starts."""
+    """Results of one method over all starts."""
 
     method: str
     touched: int = 0

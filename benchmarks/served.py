@@ -17,7 +17,7 @@ import numpy as np
 
 
 def handed_case() -> SimpleNamespace:
-    """What stands in the folder that the first argument names; `poses` (ticks, 4, 4), `urdf` its path."""
+    """Contents of the folder that the first argument names; `poses` (ticks, 4, 4), `urdf` its path."""
     folder = Path(sys.argv[1])
     case = SimpleNamespace(**json.loads((folder / "case.json").read_text(encoding="utf-8")))
     case.poses, case.urdf, case.solver = (

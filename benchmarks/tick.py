@@ -1,4 +1,4 @@
-"""What one tick costs: this library through `Controller` beside its peers, or beside an older commit.
+"""Time of one tick: this library through `Controller` beside its peers, or beside an older commit.
 
     python benchmarks/tick.py                       # W1 and W1v, beside pink if it is installed
     python benchmarks/tick.py --case W1s W2 W2s     # strict levels; TALOS

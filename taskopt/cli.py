@@ -127,7 +127,12 @@ def compare(
     record: Record = True,
     logs: Logs = Path("logs"),
 ) -> None:
-    """Run a scenario with several resolvers side by side."""
+    """Run a scenario with several resolvers side by side.
+
+    \f
+    Raises:
+        InvalidValue: A resolver is named twice.
+    """
     twice = sorted({name for name in resolvers if resolvers.count(name) > 1})
     if twice:
         raise InvalidValue(f"name each resolver once; named twice: {', '.join(twice)}")

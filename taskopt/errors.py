@@ -6,6 +6,29 @@ user expects, and `except TaskoptError` catches everything that this package rai
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
+from typing import Protocol
+
+
+class KeptProblem(Protocol):
+    """The part of a `Hierarchy` that an error promises; errors know nothing else of the package."""
+
+    def save(self, path: str | Path) -> None:
+        """Write the problem to a file, so that it can be resolved again elsewhere.
+
+        Args:
+            path: The file.
+        """
+        ...
+
+
+class RefusedAnswer(Protocol):
+    """The part of a `Resolution` that an error promises."""
+
+    @property
+    def problem(self) -> KeptProblem:
+        """The problem that was resolved."""
+        ...
 
 
 class TaskoptError(Exception):
@@ -70,7 +93,7 @@ class Infeasible(TaskoptError, ValueError):
         hierarchy: As above, to be looked at or saved; None if there is none.
     """
 
-    def __init__(self, message: str, hierarchy: object = None) -> None:
+    def __init__(self, message: str, hierarchy: KeptProblem | None = None) -> None:
         super().__init__(message)
         self.hierarchy = hierarchy
 
@@ -86,7 +109,7 @@ class NotSolved(TaskoptError, RuntimeError):
         resolution: As above, with the problem in `resolution.problem`; None if there is none.
     """
 
-    def __init__(self, message: str, resolution: object = None) -> None:
+    def __init__(self, message: str, resolution: RefusedAnswer | None = None) -> None:
         super().__init__(message)
         self.resolution = resolution
 

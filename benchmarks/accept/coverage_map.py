@@ -1,4 +1,4 @@
-"""Which quick tests execute which line of the package, measured without compilation (NUMBA_DISABLE_JIT=1)."""
+"""Lines of the package that each quick test executes, measured without compilation (NUMBA_DISABLE_JIT=1)."""
 
 import json
 import os
@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class CoverageMap:
-    """Which quick tests execute which line, how long each test takes, and how much of each file is executed.
+    """Quick tests that execute each line, the time of each test, and the share of each file that is executed.
 
     Attributes:
         lines: For each file of the package, for each line number as a string, the ids of the tests.

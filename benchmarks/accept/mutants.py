@@ -104,7 +104,7 @@ class Runner:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one mutant.
+    """Result of one mutant.
 
     Attributes:
         fault: The fault that was planted.

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What a commit did.
+    """Answers of one commit.
 
     Attributes:
         q: Posture at each tick, (ticks, nq) [rad, m].

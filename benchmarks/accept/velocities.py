@@ -48,7 +48,7 @@ SAMPLE_SEED, SAMPLE_NAMES, SAMPLE_TICKS = 1, 8, 40
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out for one subject.
+    """Results of one subject.
 
     Attributes:
         name: Name of the case or scenario.

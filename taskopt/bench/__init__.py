@@ -1,1 +1,1 @@
-"""What users compare with: accuracy of solvers, worth of strict levels, random stacks (`taskopt bench`)."""
+"""Comparisons for users: accuracy of solvers, worth of strict levels, random stacks (`taskopt bench`)."""

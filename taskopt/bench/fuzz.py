@@ -18,8 +18,7 @@ from rich.text import Text
 
 from taskopt.arrays import Array, Mask
 from taskopt.bench.random_stacks import FRAMES, Draw, aim, fuzz_robot, random_stack, random_start
-from taskopt.errors import Infeasible, NotSolved
-from taskopt.hierarchy.problem import Hierarchy
+from taskopt.errors import Infeasible, KeptProblem, NotSolved
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import LIMIT_KEPT
 from taskopt.kinematics.configuration import Configuration
@@ -33,7 +32,7 @@ STARTS = 50  # postures that are tried for one that keeps all distances
 
 @dataclass
 class Tally:
-    """What became of the ticks of one robot.
+    """Results of all ticks of one robot.
 
     Attributes:
         robot: Name of the robot.
@@ -113,7 +112,8 @@ def _ticks_of_a_stack(
             _judge(tally, resolution, after, floors, keep)
             fresh = rng.random() < 1.0 / TICKS_IN_A_ROW
         except NotSolved as error:
-            _report(tally, getattr(error.resolution, "problem", None), keep)
+            refused = error.resolution
+            _report(tally, None if refused is None else refused.problem, keep)
             fresh = True
         except Infeasible as error:
             if drawn.rests:  # v = 0 keeps all limits, so there is no conflict
@@ -124,10 +124,10 @@ def _ticks_of_a_stack(
 
 
 class Floor:
-    """The least values that the distances of one limit may have: its margin.
+    """The least values that the distances of one distance limit may have.
 
-    A pair that starts inside the margin may lose 1e-9 m or a tenth of its depth in each step, which is what
-    the limit promises, until it has left the margin.
+    This is the margin of the limit. A pair that starts inside the margin may come nearer by 1e-9 m or by a
+    tenth of its depth in each step, as the limit promises, until it has left the margin.
 
     Args:
         limit: The distance limit, bound to the robot.
@@ -254,14 +254,14 @@ def _judge(
         _save(tally, resolution.problem, keep)
 
 
-def _report(tally: Tally, problem: object, keep: Path | None) -> None:
+def _report(tally: Tally, problem: KeptProblem | None, keep: Path | None) -> None:
     """Count a failure that is reported, and save its problem."""
     tally.reported += 1
-    if isinstance(problem, Hierarchy):
+    if problem is not None:
         _save(tally, problem, keep)
 
 
-def _save(tally: Tally, problem: Hierarchy, keep: Path | None) -> None:
+def _save(tally: Tally, problem: KeptProblem, keep: Path | None) -> None:
     """Save a problem under robot and tick, if a folder is given."""
     if keep is not None:
         keep.mkdir(parents=True, exist_ok=True)

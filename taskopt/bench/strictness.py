@@ -39,7 +39,7 @@ METHODS = ("strict", *(f"{kind}, w = {w:g}" for kind in ("projected", "soft") fo
 
 @dataclass
 class Method:
-    """How one method of giving the hand priority did, case by case.
+    """Results of one method of giving the hand priority, case by case.
 
     Attributes:
         name: One of `METHODS`.

@@ -30,7 +30,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "3.27": ellipsoids.fig_3_27,
     "workspace": singularities.fig_workspace,
 }
-"""What draws each figure."""
+"""The function that draws each figure, by the number of the figure."""
 
 
 def render(names: Sequence[str], folder: Path) -> Iterator[Path]:

@@ -16,7 +16,7 @@ from taskopt.loop.scenario import FOLDER, Scenario, load_scenario
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """What a figure shows of a run.
+    """The quantities of a run that a figure shows.
 
     Attributes:
         t: Time (ticks,) [s].

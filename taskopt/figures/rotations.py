@@ -35,7 +35,7 @@ def fig_3_8() -> Figure:
 
 
 def fig_3_9() -> Figure:
-    """Draw how the rate ψ̇ is taken apart along the axes of the reference frame."""
+    """Draw the components of the rate ψ̇ along the axes of the reference frame."""
     figure = new_figure(3.4)
     axes = space_axes(figure, (1, 1, 1), 0.62, _VIEW, (0.0, 0.3, 0.42))
     _draw_frame(axes, np.eye(3), GREY, "", "z")

@@ -32,7 +32,7 @@ class Active(NamedTuple):
 def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tuple[Active, ...]:
     """Return the limits and inequalities in an active set, each at the first level where it has a multiplier.
 
-    An equality holds on both sides and never counts.
+    Equalities are never among them, since they are active always.
 
     Args:
         problem: The hierarchy that was answered.

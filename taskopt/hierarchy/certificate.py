@@ -53,7 +53,7 @@ class Certificate:
 
     @property
     def worst_name(self) -> str:
-        """Which residual of which level is the largest, such as 'dual of level 2'."""
+        """Name of the largest residual and of its level, such as 'dual of level 2'."""
         level, kind = np.unravel_index(int(np.argmax(self.residuals)), self.residuals.shape)
         name = f"level {level + 1}" if level + 1 < len(self.residuals) else "the norm"
         return f"{RESIDUALS[kind]} of {name}"
@@ -106,7 +106,7 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
 
 
 class _Judged(NamedTuple):
-    """What the certificate knows of each row.
+    """The quantities of each row that the certificate is computed from.
 
     Attributes:
         value: A x, (M,).

@@ -64,8 +64,9 @@ class ConstantDamping:
     Raises:
         InvalidValue: k is not a positive number.
 
-    Source: Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3); Wampler (1986),
-    IEEE Trans. Systems, Man, and Cybernetics 16(1).
+    Source:
+        Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3); Wampler (1986),
+        IEEE Trans. Systems, Man, and Cybernetics 16(1).
     """
 
     k: float = 0.05
@@ -90,7 +91,8 @@ class NakamuraHanafusa:
     Raises:
         InvalidValue: k0 or w0 is not a positive number.
 
-    Source: Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3).
+    Source:
+        Nakamura and Hanafusa (1986), J. Dynamic Systems, Measurement and Control 108(3).
     """
 
     k0: float = 0.1
@@ -118,7 +120,8 @@ class Chiaverini:
     Raises:
         InvalidValue: k_max or epsilon is not a positive number.
 
-    Source: Chiaverini, Siciliano and Egeland (1994), IEEE Trans. Control Systems Technology 2(2).
+    Source:
+        Chiaverini, Siciliano and Egeland (1994), IEEE Trans. Control Systems Technology 2(2).
     """
 
     k_max: float = 0.05
@@ -149,7 +152,8 @@ class NumericalFiltering:
     Raises:
         InvalidValue: k_max or epsilon is not a positive number.
 
-    Source: Maciejewski and Klein (1988), J. Robotic Systems 5(6).
+    Source:
+        Maciejewski and Klein (1988), J. Robotic Systems 5(6).
     """
 
     k_max: float = 0.05
@@ -177,9 +181,10 @@ class Sugihara:
         bias: The part of k² that is always there, in the unit of σ².
 
     Raises:
-        InvalidValue: gain or bias is not a positive number.
+        InvalidValue: `gain` or `bias` is not a positive number.
 
-    Source: Sugihara (2011), IEEE Trans. Robotics 27(5).
+    Source:
+        Sugihara (2011), IEEE Trans. Robotics 27(5).
     """
 
     gain: float = 1.0

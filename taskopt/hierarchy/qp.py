@@ -136,7 +136,7 @@ class QuadraticProgram:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a solver answers.
+    """The answer of a solver.
 
     Attributes:
         x: The unknowns, (n,).

@@ -18,8 +18,8 @@ class RankRule:
 
     A direction is lost where σ ≤ lost · scale; once lost, it is back where σ > regained · scale. `scale` is
     the size of the rows that σ comes from, before projection. Between the two thresholds the rank stays what
-    it was a tick ago, so that it does not alternate. A larger `lost` gives a direction up sooner: velocities
-    stay below 1/(lost · scale) times the task's, and the task is missed along that direction.
+    it was at the last tick, so that it does not alternate. A larger `lost` gives a direction up sooner:
+    velocities stay below 1/(lost · scale) times the task's, and the task is missed along that direction.
 
     Attributes:
         lost: Relative singular value at or below which a direction is lost.
@@ -28,8 +28,9 @@ class RankRule:
     Raises:
         InvalidValue: 0 < lost ≤ regained < 1 does not hold.
 
-    Source: Golub and Van Loan (2013), "Matrix Computations", Sect. 5.4; for a single matrix they put the
-    threshold at max(m, n) times the machine precision.
+    Source:
+        Golub and Van Loan (2013), "Matrix Computations", Sect. 5.4; for a single matrix they put the
+        threshold at max(m, n) times the machine precision.
     """
 
     lost: float = LOST

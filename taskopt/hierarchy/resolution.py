@@ -84,9 +84,14 @@ class Resolution:
         layout = self.source.layout
         return answer_of(self.answer, layout.n, layout.row_count, layout.level_count)
 
-    @cached_property
+    @property
     def problem(self) -> Hierarchy:
         """The hierarchy as it was when it was resolved."""
+        return self._problem
+
+    @cached_property
+    def _problem(self) -> Hierarchy:
+        """The same, made when it is first asked for."""
         return Hierarchy.view(self.source.layout, self._parts.problem, self.source.norm)
 
     @property
@@ -101,7 +106,7 @@ class Resolution:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """KKT residuals by level; for a closed form, of an answer that claims nothing."""
+        """KKT residuals by level. A closed form has them, too, although it claims no optimum."""
         return Certificate(self._parts.residuals)
 
     @property
@@ -111,7 +116,7 @@ class Resolution:
 
     @cached_property
     def review(self) -> Review | None:
-        """Closed form, error of x, ranks, damping and causes of difference; None without a reviewer."""
+        """Closed-form answer, error of x, ranks, damping and causes of difference; None if none was made."""
         return None if self._reviewer is None else self._reviewer(self)
 
     @property
@@ -141,7 +146,7 @@ class Resolution:
 
     @cached_property
     def active(self) -> tuple[Active, ...]:
-        """Limits and inequalities in the final active set, each at the first level where it counts."""
+        """Active limits and inequalities, each at the first level where its multiplier is not zero."""
         return active_rows(self.problem, self.state, self.multipliers)
 
     @cached_property
@@ -151,7 +156,7 @@ class Resolution:
 
     @cached_property
     def residuals(self) -> dict[str, Array]:
-        """What each task lacks, A x minus the nearest point of [lower, upper], (m,) by name."""
+        """Residual of each task, A x minus the nearest point of [lower, upper], (m,) by name."""
         problem = self.problem
         lack = signed_distance(problem.A @ self.x, problem.lower, problem.upper)
         return {block.name: lack[block.rows] for block in problem.layout.blocks if block.level > 0}

@@ -21,7 +21,7 @@ class Cause(NamedTuple):
 
 
 class LevelAccount(NamedTuple):
-    """What became of the equality rows of one level.
+    """Rank and damping that a resolver decided for the equality rows of one level.
 
     Attributes:
         level: 0 for the hard rows, 1 for the first priority, and so on.
@@ -48,7 +48,7 @@ class LevelAccount(NamedTuple):
 
 
 class Review(Protocol):
-    """What a resolver's reviewer finds; each part is computed when it is first asked for."""
+    """The review of an answer; each part is computed when it is first asked for."""
 
     @property
     def accuracy(self) -> float:

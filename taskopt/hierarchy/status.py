@@ -4,7 +4,7 @@ from enum import Enum
 
 
 class Status(Enum):
-    """What a resolver or solver claims of its own answer; the value is advice in words.
+    """The claim of a resolver or solver about its own answer; the value is advice in words.
 
     A status is a claim. The certificate decides whether an answer is proven.
     """

@@ -160,7 +160,7 @@ Such an answer has no claim in its favour, so its limits must hold as well as th
 """
 
 CLOSED_FORM_INSIDE = 1e-12
-"""How far a closed-form answer may be outside a bound, relative to max(1, |bound|), and still keep it.
+"""Largest distance of a closed-form answer outside a bound that it still keeps, relative to max(1, |bound|).
 
 Smaller: rounding makes "nothing binds" false where the optimum is the closed form. Larger: ticks are counted
 at which a limit binds a little, and their distance to the closed form is not rounding.
@@ -236,7 +236,7 @@ Smaller: rows that tie are added in turn by rounding. Larger: the answer violate
 """
 
 SEARCH_BOX = 1e-12
-"""How far an unknown may pass a bound, relative to max(1, |x|), before it blocks a step.
+"""Largest distance by which an unknown may pass a bound, relative to max(1, |x|), before it blocks a step.
 
 It is put back onto the bound in the end. Smaller: as for SEARCH_FEASIBLE. Larger: putting it back changes the
 values of the other rows by as much.
@@ -250,7 +250,7 @@ pass as an answer, which the certificate then refuses.
 """
 
 SEARCH_PERTURBATION = 5e-10
-"""How far the second search moves bounds apart, relative to the norm of their row.
+"""Distance by which the second search moves bounds apart, relative to the norm of their row.
 
 Smaller: rounding still makes them tie. Larger: the perturbed answer may violate the true bounds by more than
 SEARCH_AGREE (it is moved by up to twice this).
@@ -286,7 +286,7 @@ a small translation passes for a pose.
 """
 
 UNIT_NORM = 1e-6
-"""How far the norm of a quaternion, or of (cos, sin), in q may be from 1; what passes is normalised.
+"""Largest deviation from 1 of the norm of a quaternion or (cos, sin) in q; within it they are normalised.
 
 Smaller: configurations printed with seven digits are refused. Larger: a q in another convention may pass.
 """

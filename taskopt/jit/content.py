@@ -24,7 +24,7 @@ _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis), sli
 
 @dataclass
 class Content:
-    """What one kernel consists of.
+    """The content of one kernel.
 
     Attributes:
         callees: The compiled kernels that the code calls, in the order in which they were found.

@@ -128,7 +128,8 @@ class Configuration:
         Raises:
             UnknownName: The robot has no frame of that name.
 
-        Source: (3.1).
+        Source:
+            (3.1).
         """
         view, out = self.frame(frame), np.empty((4, 4))
         frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, out)
@@ -158,7 +159,8 @@ class Configuration:
             UnknownName: The robot has no frame of that name.
             InvalidValue: `expressed` is another word.
 
-        Source: (3.5), and (3.31) for the columns.
+        Source:
+            (3.5), and (3.31) for the columns.
         """
         if expressed not in ("world", "own"):
             raise InvalidValue(f"expressed must be 'world' or 'own', got {expressed!r}")
@@ -179,13 +181,14 @@ class Configuration:
         return self._data.com[0].copy(), np.array(J).reshape((3, self.robot.nv), order="F")
 
     def hessian(self, frame: str) -> Array:
-        """Compute the derivative of a frame's Jacobian along the axes of the world.
+        """Compute the derivative of a frame's Jacobian by the joint variables, in the axes of the world.
 
         Args:
             frame: Name of the frame.
 
         Returns:
-            (6, nv, nv) array; its entry [:, j, k] is ∂J[:, j]/∂q_k, with q_k along the tangent.
+            (6, nv, nv) array H with H[:, j, k] = ∂J[:, j]/∂q_k. To differentiate by q_k is to move the robot
+            along its velocity k, so that quaternions need no case of their own.
 
         Raises:
             UnknownName: The robot has no frame of that name.
@@ -247,7 +250,8 @@ def frame_jacobian_into(joint_jacobians, pose, columns, out):
         columns: (k,) columns that move the frame.
         out: (6, nv) receives the Jacobian; all other columns become zero.
 
-    Source: (3.5).
+    Source:
+        (3.5).
     """
     px, py, pz = pose[0, 3], pose[1, 3], pose[2, 3]
     out[:] = 0.0

@@ -24,7 +24,8 @@ def _quaternion(R):
 
     It is built from the largest of its four components, so that no digit is lost near angles of 0 and π.
 
-    Source: Shepperd (1978), J. Guidance and Control 1(3).
+    Source:
+        Shepperd (1978), J. Guidance and Control 1(3).
     """
     a, b, c = R[0, 0], R[1, 1], R[2, 2]
     trace = a + b + c
@@ -95,7 +96,8 @@ def log3_into(R, out):
         R: (3, 3) rotation matrix.
         out: (3,) receives ω [rad].
 
-    Source: Solà et al. (2018), appendix B, logarithm of SO(3).
+    Source:
+        Solà et al. (2018), appendix B, logarithm of SO(3).
     """
     out[0], out[1], out[2], _, _, _ = _log_terms(R)
 
@@ -108,7 +110,8 @@ def log6_into(T, out):
         T: (4, 4) pose with rotation R and translation p [m].
         out: (6,) receives ξ, v [m] then ω [rad], in the body frame.
 
-    Source: Solà et al. (2018), appendix D, logarithm of SE(3), with V⁻¹ written out.
+    Source:
+        Solà et al. (2018), appendix D, logarithm of SE(3), with V⁻¹ written out.
     """
     wx, wy, wz, alpha, beta, _ = _log_terms(T)
     _log_of_terms(T, wx, wy, wz, alpha, beta, out)
@@ -144,7 +147,8 @@ def jlog3_into(R, out):
         R: (3, 3) rotation matrix.
         out: (3, 3) receives the matrix; of a larger array, the upper left part.
 
-    Source: Solà et al. (2018), appendix B, inverse of the right Jacobian.
+    Source:
+        Solà et al. (2018), appendix B, inverse of the right Jacobian.
     """
     wx, wy, wz, alpha, beta, _ = _log_terms(R)
     _jlog3_of_terms(wx, wy, wz, alpha, beta, out)
@@ -185,7 +189,8 @@ def jlog6_into(T, out):
         T: (4, 4) pose.
         out: (6, 6) receives the matrix, for body twists (linear [m], angular [rad]).
 
-    Source: Solà et al. (2018), appendix D, inverse of the right Jacobian.
+    Source:
+        Solà et al. (2018), appendix D, inverse of the right Jacobian.
     """
     wx, wy, wz, alpha, beta, gamma = _log_terms(T)
     _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out)
@@ -200,7 +205,8 @@ def log6_jlog6_into(T, log, jlog):
         log: (6,) receives what `log6_into` computes.
         jlog: (6, 6) receives what `jlog6_into` computes.
 
-    Source: Solà et al. (2018), appendix D.
+    Source:
+        Solà et al. (2018), appendix D.
     """
     wx, wy, wz, alpha, beta, gamma = _log_terms(T)
     _log_of_terms(T, wx, wy, wz, alpha, beta, log)
@@ -232,7 +238,8 @@ def exp3_into(omega, out):
         omega: (3,) [rad], axis times angle.
         out: (3, 3) receives the rotation; of a larger array, the upper left part.
 
-    Source: Solà et al. (2018), appendix B, exponential of SO(3).
+    Source:
+        Solà et al. (2018), appendix B, exponential of SO(3).
     """
     x, y, z = omega[0], omega[1], omega[2]
     a, b, _ = _exp_terms(math.sqrt(x * x + y * y + z * z))
@@ -251,7 +258,8 @@ def exp6_into(twist, out):
         twist: (6,), linear [m] then angular [rad], in the body frame.
         out: (4, 4) receives the pose.
 
-    Source: Solà et al. (2018), appendix D, exponential of SE(3), with V written out.
+    Source:
+        Solà et al. (2018), appendix D, exponential of SE(3), with V written out.
     """
     exp3_into(twist[3:], out)
     vx, vy, vz, x, y, z = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]

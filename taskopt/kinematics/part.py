@@ -29,10 +29,10 @@ from taskopt.kinematics.configuration import Configuration
 
 
 class RobotState(NamedTuple):
-    """What a kernel may know of the robot.
+    """State of the robot at one tick, as kernels read it.
 
     Attributes:
-        q: Configuration, (nq,) [rad, m].
+        q: Posture, (nq,) [rad, m].
         jacobians: Spatial Jacobian of all joints, (6, nv): column j is the velocity of the point of the body
             that passes the world's origin, then its angular velocity, both in the axes of the world, for a
             unit velocity j.

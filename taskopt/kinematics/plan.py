@@ -240,10 +240,10 @@ def problem_in(program, numbers):
 
 @kernel_apart
 def flawed(rows: Rows) -> bool:
-    """Return True if the numbers of a hierarchy are no problem that can be solved.
+    """Return True if a hierarchy holds numbers with which it cannot be solved.
 
-    That is so if there is NaN anywhere, ±inf in A, a lower bound of +inf, or an upper bound of −inf. Bounds
-    of the opposite signs mean no bound.
+    Such numbers are NaN anywhere, ±inf in A, a lower bound of +inf, and an upper bound of −inf. A lower bound
+    of −inf or an upper bound of +inf means that there is none.
 
     Args:
         rows: Views of the hierarchy.

@@ -33,7 +33,8 @@ def log3(R: Array) -> Array:
     Returns:
         ω (3,) [rad], with ‖ω‖ in [0, π].
 
-    Source: Solà et al. (2018), appendix B, logarithm of SO(3).
+    Source:
+        Solà et al. (2018), appendix B, logarithm of SO(3).
     """
     out = np.empty(3)
     log3_into(R, out)
@@ -49,7 +50,8 @@ def jlog3(R: Array) -> Array:
     Returns:
         (3, 3) matrix, which maps a body rotation δ [rad] to the change of the logarithm [rad].
 
-    Source: Solà et al. (2018), appendix B, inverse of the right Jacobian.
+    Source:
+        Solà et al. (2018), appendix B, inverse of the right Jacobian.
     """
     out = np.empty((3, 3))
     jlog3_into(R, out)
@@ -65,7 +67,8 @@ def exp3(omega: Array) -> Array:
     Returns:
         (3, 3) rotation matrix.
 
-    Source: Solà et al. (2018), appendix B, exponential of SO(3).
+    Source:
+        Solà et al. (2018), appendix B, exponential of SO(3).
     """
     out = np.empty((3, 3))
     exp3_into(omega, out)
@@ -81,7 +84,8 @@ def log6(T: Array) -> Array:
     Returns:
         ξ (6,), linear [m] then angular [rad], in the body frame.
 
-    Source: Solà et al. (2018), appendix D, logarithm of SE(3).
+    Source:
+        Solà et al. (2018), appendix D, logarithm of SE(3).
     """
     out = np.empty(6)
     log6_into(T, out)
@@ -97,7 +101,8 @@ def jlog6(T: Array) -> Array:
     Returns:
         (6, 6) matrix, which maps a body twist δ (linear [m], angular [rad]) to the change of the logarithm.
 
-    Source: Solà et al. (2018), appendix D, inverse of the right Jacobian.
+    Source:
+        Solà et al. (2018), appendix D, inverse of the right Jacobian.
     """
     out = np.empty((6, 6))
     jlog6_into(T, out)
@@ -113,7 +118,8 @@ def exp6(twist: Array) -> Array:
     Returns:
         (4, 4) pose, translation in [m]. For rotations below π, log6 leads back to the twist.
 
-    Source: Solà et al. (2018), appendix D, exponential of SE(3).
+    Source:
+        Solà et al. (2018), appendix D, exponential of SE(3).
     """
     out = np.empty((4, 4))
     exp6_into(twist, out)
@@ -143,7 +149,8 @@ def adjoint(T: Array) -> Array:
     Returns:
         (6, 6) matrix, which maps a twist in the body frame to the same twist in the outer frame.
 
-    Source: Solà et al. (2018), appendix D, adjoint matrix of SE(3).
+    Source:
+        Solà et al. (2018), appendix D, adjoint matrix of SE(3).
     """
     R, p = T[:3, :3], T[:3, 3]
     out = np.zeros((6, 6))

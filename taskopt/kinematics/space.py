@@ -36,7 +36,7 @@ class Homogeneous(Protocol):
 
 
 Value = TypeAliasType("Value", ArrayLike | Homogeneous | Mapping[str, float])
-"""What a user may write for a pose or a posture; each space says what it takes."""
+"""The forms in which a user may write a pose or a posture; each space says which it accepts."""
 
 
 def plain(value: Value) -> ArrayLike | Mapping[str, float]:
@@ -78,13 +78,13 @@ class Space(Protocol):
         ...
 
     def take(self, value: Value, start: Array, out: Array) -> None:
-        """Write a value into an array that exists; it is `convert` for every tick.
+        """Convert a value and write it into an existing array, as each tick does.
 
         An array that already has the form of this space may be copied without checks, which would cost more
         than the copy; every other form goes through `convert`.
 
         Args:
-            value: The value. Of an array that is copied as it is, the plan finds out later if it is no pose.
+            value: The value. Where it is copied without checks, the plan checks the pose later.
             start: Value at the start of the run.
             out: Receives the value.
 
@@ -108,13 +108,13 @@ class Space(Protocol):
         ...
 
     def take_rate(self, rate: Value, out: Array) -> None:
-        """Write a rate into an array that exists; it is `convert_rate` for every tick.
+        """Convert a rate and write it into an existing array, as each tick does.
 
         An array (tangent,) is copied as it is, since checking it would cost more than the copy; every other
         form goes through `convert_rate`.
 
         Args:
-            rate: The rate. Of an array (tangent,), the plan finds out later if it is not finite.
+            rate: The rate. Where it is copied without checks, the plan checks later that it is finite.
             out: (tangent,) receives the rate.
 
         Raises:
@@ -166,7 +166,11 @@ class PoseSpace:
         self._name, self._angular = name, angular
 
     def convert(self, value: Value, start: Array) -> Array:
-        """Turn a pose, a position or a rotation into a checked pose (4, 4), see `Space.convert`."""
+        """Turn a pose, a position or a rotation into a checked pose (4, 4), see `Space.convert`.
+
+        Raises:
+            InvalidValue: The value has another shape, is not finite, or its rotation is none.
+        """
         array = np.asarray(plain(value))
         if array.shape not in {(3,), (3, 3), (4, 4)}:
             raise InvalidValue(

@@ -33,18 +33,19 @@ Kind = TypeVar("Kind", Task, Limit)
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """What a robot is to do.
+    """Declare what a robot is to do: levels of tasks in strict order, and the limits around all of them.
 
     Args:
-        levels: Lists of tasks, highest priority first. Tasks of one level share it by weight; levels come
-            strictly one after another.
-        limits: What holds whatever the tasks want; no limit is in force that does not stand here.
-        norm: W in ½ vᵀ W v, which decides what stays free after the last level: its diagonal (nv,), or a
-            symmetric positive definite (nv, nv) matrix. A larger entry makes that velocity smaller. Default:
-            the identity.
+        levels: Lists of tasks, highest priority first. Tasks of one level are weighed against each other; a
+            level never gives up anything for a later one.
+        limits: Hard limits, which come before every task. Only the limits of this list are in force; none is
+            added by default.
+        norm: W in ½ vᵀ W v, whose minimum fixes the motions that all levels leave free: its diagonal (nv,),
+            or a symmetric positive definite (nv, nv) matrix. A larger entry makes that velocity smaller.
+            Default: the identity.
 
     Raises:
-        InvalidValue: A level is empty, or something in it is no task, or in `limits` no limit.
+        InvalidValue: There is no level, a level is empty, or an entry is not a task or not a limit.
 
     Source:
         Equation (3.50) for the norm.

@@ -353,10 +353,10 @@ class Latest:
 
 
 def as_target(value: Target | Value | None) -> Target:
-    """Make a target of what a user gave as one.
+    """Return the argument `target` of a task as a `Target`.
 
     Args:
-        value: A target, or a value to hold; None holds the value at the start of the run.
+        value: A target, or a constant value; None stands for the value at the start of the run.
 
     Returns:
         The target itself, or `Hold(value)`.

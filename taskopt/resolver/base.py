@@ -21,7 +21,7 @@ from taskopt.resolver.tick_review import TickReview
 
 
 class Memory(NamedTuple):
-    """What a resolver carries from one tick to the next.
+    """The data that a resolver carries from one tick to the next.
 
     It is a plain value, so that it can be logged, and a tick resolved again from its memory gives the same
     answer.

@@ -21,17 +21,21 @@ from taskopt.resolver.tick_review import TickReview
 
 @dataclass(frozen=True)
 class ActiveSetWithFallback:
-    """Resolve with the active-set search; confirm by phase one what it claims to be infeasible.
+    """Resolve with the active-set search; where it finds no proof, ask another resolver.
 
-    It promises the lexicographic optimum inside the hard limits, proven by the certificate. Where the search
-    finds no proof, which happens about once in some thousand ticks among hundreds of nearly parallel hard
-    rows, the fallback is asked. Its answer is taken only if the certificate proves it, and
-    `resolution.fallback` then has its name. The status is INFEASIBLE if and only if phase one finds that the
-    hard limits contradict each other. It does not promise a bound on computing time.
+    It promises the lexicographic optimum inside the hard limits, proven by the certificate. It does not
+    promise a bound on computing time.
+
+    The search may end without a proof: with hundreds of nearly parallel hard rows, this happens about once in
+    some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if the
+    certificate proves it, and `resolution.fallback` has its name.
+
+    Where the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides.
+    The status is INFEASIBLE only if phase one finds the contradiction, too.
 
     Attributes:
         search: The search.
-        fallback: The resolver that is asked where the search finds no proof; None for none.
+        fallback: The resolver that is asked where the search finds no proof; None: no other is asked.
     """
 
     search: ActiveSet = field(default_factory=ActiveSet)
@@ -64,15 +68,16 @@ class ActiveSetWithFallback:
         return (resolution if resolution.claimed else self.conclude(resolution)), memory
 
     def conclude(self, resolution: Resolution) -> Resolution:
-        """Confirm what the search claims to be infeasible, and ask the fallback where it has no proof.
+        """Check an INFEASIBLE of the search by phase one, and ask the fallback where there is no proof.
 
         Args:
             resolution: An answer of the search.
 
         Returns:
-            The answer of the fallback, if the search ended without a proof or claimed a contradiction that
-            phase one does not find, and if that answer is proven. If it is not, a refuted INFEASIBLE becomes
-            FAILED. Any other answer is returned as it is.
+            The answer of the fallback, if it is proven and was asked for: because the search FAILED, or
+            because phase one does not find the contradiction that the search claims. Without such an answer
+            the one of the search, its status FAILED. An answer of any other status, or to a
+            hierarchy that holds NaN, is returned unchanged.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:

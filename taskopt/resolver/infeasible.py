@@ -31,7 +31,7 @@ from taskopt.resolver.base import Memory, Resolver, answered
 _PHASE_ONE_ITERATIONS = 5000  # factorisations; the rows of phase one are degenerate, so allow more than usual
 
 ConflictPolicy = Literal["raise", "relax", "brake"]
-"""What to do when hard limits contradict each other.
+"""The conflict policies: the ways to go on when hard limits contradict each other.
 
 "raise": raise `Infeasible`. "relax": let the limits give way by the least relaxation. "brake": slow down to
 standstill as hard as the acceleration limits allow.

@@ -222,7 +222,8 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
     1/σ the curvature is one. Along directions that the rows leave open (σ = 0), or nearly so, units grow only
     to that of the smallest σ that is not thin: in longer units all rows would look alike to a solver, and in
     shorter ones steps would be tiny. Rows are scaled to unit length for the same reason.
-    Source: Rockafellar (1976), SIAM J. Control and Optimization 14(5).
+    Source:
+        Rockafellar (1976), SIAM J. Control and Optimization 14(5).
     """
     p, m = equal.direction.shape[1], len(soft.lower)
     basis, share, goal = _scaled_unknowns(equal)

@@ -52,7 +52,7 @@ _STATUS = {  # by the status strings of CVXPY
 
 @dataclass(frozen=True, eq=False)
 class ProgramSolution:
-    """What a solver found for a `Program`.
+    """The answer of a solver to a `Program`.
 
     Attributes:
         x: (n,) the unknowns, NaN where there is no answer.

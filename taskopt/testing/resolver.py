@@ -56,7 +56,7 @@ def random_hierarchy(seed: int, levels: int = 3, reach: float = 0.5) -> Hierarch
     Args:
         seed: Seed of its numbers; the first levels are the same whatever `levels` is.
         levels: Number of levels.
-        reach: Half-width of the box. Small ones are active nearly always, large ones never.
+        reach: Half-width of the box. A small box is active nearly always, a large one never.
 
     Returns:
         A hierarchy whose hard limits can hold together, since x = 0 is inside them.

@@ -95,7 +95,7 @@ class Referring(Own):
 
     def __call__(self, hierarchy: Hierarchy, memory: Memory | None = None) -> tuple[Resolution, Memory]:
         resolution, memory = super().__call__(hierarchy, memory)
-        vars(resolution)["problem"] = hierarchy
+        vars(resolution)["_problem"] = hierarchy
         return resolution, memory
 
 

@@ -20,7 +20,7 @@ Kind = Literal["regular", "boundary", "internal"]
 
 @dataclass(frozen=True, eq=False)
 class Singularity:
-    """How near a Jacobian J (m, n) is to losing rank, and what is lost.
+    """Distance of a Jacobian J (m, n) from a loss of rank, and the directions that are lost.
 
     Attributes:
         rank: Number of velocities that can be chosen freely.
@@ -202,7 +202,7 @@ def classify_singularity(configuration: Configuration, frame: str, rows: Sequenc
 
 @dataclass(frozen=True, eq=False)
 class WorkspaceMap:
-    """How near to singularity a frame is, at many postures.
+    """Distance of a frame from singularity, at many postures.
 
     Attributes:
         q: Postures, (k, nq) [rad, m].

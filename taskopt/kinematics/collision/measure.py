@@ -35,7 +35,8 @@ class Distances:
         distance: (P,) [m] as of the last `update`; where solids overlap, minus the depth.
         gradient: (P, nv) ∂d/∂q [m/rad, 1] as of the last `update`.
 
-    Source: Faverjon and Tournassoud (1987), ICRA.
+    Source:
+        Faverjon and Tournassoud (1987), ICRA.
     """
 
     def __init__(self, collision: Collision) -> None:

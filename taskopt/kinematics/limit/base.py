@@ -44,7 +44,7 @@ class BoundLimit(Part):
 
 
 class RowLimit(RowPart):
-    """Bounds on sums of velocities: hard rows lower ≤ A v ≤ upper with names; see `RowPart`."""
+    """Bounds on linear combinations of velocities: named hard rows lower ≤ A v ≤ upper; see `RowPart`."""
 
 
 class RateLimit:

@@ -150,7 +150,7 @@ class SelfCollisionLimit(Limit):
 
 @dataclass(frozen=True)
 class Braking:
-    """How a distance limit brakes.
+    """The three numbers by which a distance limit brakes.
 
     Attributes:
         margin: Least distance [m], ≥ 0.

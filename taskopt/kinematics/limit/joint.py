@@ -124,17 +124,17 @@ def each_velocity(
 
     Args:
         what: Name of the value, for messages.
-        value: One number, one for each velocity (nv,), or a mapping from joint to number over the default;
-            None: the default.
+        value: One number for all velocities, one for each (nv,), or a mapping from joint to number; joints
+            that the mapping does not name, or all if it is None, have the default.
         robot: The robot.
-        default: What stands where nothing is given, (nv,).
+        default: Numbers for velocities without a given one, (nv,).
 
     Returns:
-        (nv,), inf for no limit.
+        The numbers (nv,); inf stands for no limit.
 
     Raises:
-        InvalidValue: A number is negative or NaN, or there is another number of them.
-        UnknownName: A mapping names a joint that the robot has not.
+        InvalidValue: A number is negative or NaN, or there are neither one nor nv numbers.
+        UnknownName: The mapping names a joint that the robot does not have.
     """
     if value is None:
         return default

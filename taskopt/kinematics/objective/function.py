@@ -54,7 +54,7 @@ class UserFunction(Objective):
 
     @property
     def _name(self) -> str:
-        """How messages call it."""
+        """Name of the objective in messages."""
         return f"objective '{getattr(self.function, '__name__', 'function')}'"
 
 

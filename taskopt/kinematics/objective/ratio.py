@@ -14,7 +14,7 @@ from taskopt.kinematics.space import chosen_rows
 
 @dataclass(frozen=True)
 class _Ratio(Objective):
-    """What both ratios have in common: a frame, a direction, and the rows in which it lies."""
+    """Base of both ratios: a frame, a direction, and the rows in which it lies."""
 
     frame: str
     direction: tuple[float, ...]
@@ -47,7 +47,7 @@ class _Ratio(Objective):
 
 @dataclass(frozen=True)
 class VelocityRatio(_Ratio):
-    """How fast a frame moves along u for joint velocities of norm 1, β = (uᵀ (J Jᵀ)⁻¹ u)^(−1/2).
+    """Speed of a frame along u for joint velocities of norm 1, β = (uᵀ (J Jᵀ)⁻¹ u)^(−1/2).
 
     Climbing it finds postures that actuate a velocity well along u, or that control a force well; descending
     it, postures that control the velocity finely. At a singularity where u is lost, β = 0 has a kink as |x|
@@ -98,7 +98,7 @@ class VelocityRatio(_Ratio):
 
 @dataclass(frozen=True)
 class ForceRatio(_Ratio):
-    """How large a force along u joint torques of norm 1 balance, α = (uᵀ J Jᵀ u)^(−1/2).
+    """Force along u that joint torques of norm 1 balance, α = (uᵀ J Jᵀ u)^(−1/2).
 
     Climbing it finds postures that actuate a force well along u, or that control a velocity well. It grows
     beyond all bounds near a singularity that loses u, where the structure bears the force; so climb it

@@ -44,7 +44,7 @@ class EulerAngles:
 
     @property
     def representation_singularity(self) -> str:
-        """Where these angles are not unique, and their rates cannot express every angular velocity."""
+        """Condition, such as "sin ϑ = 0", under which the rates of the angles cannot express every ω."""
         return "sin ϑ = 0" if self._proper else "cos ϑ = 0"
 
     def rotation(self, angles: ArrayLike) -> Array:

@@ -37,7 +37,8 @@ class DHRow:
         upper: Upper position limit [rad or m]; +inf is none.
         velocity: Velocity limit [rad/s or m/s]; +inf is none.
 
-    Source: (2.52) of the textbook.
+    Source:
+        (2.52) of the textbook.
     """
 
     a: float

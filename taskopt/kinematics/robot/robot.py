@@ -107,7 +107,7 @@ class Robot:
 
         Args:
             name: One of the names that `taskopt list` shows.
-            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            lock: Names of joints to fix: each at Pinocchio's neutral value, or at the limit nearest to it.
             floating: Give the robot a floating base; default: if it walks or flies.
 
         Returns:
@@ -133,7 +133,7 @@ class Robot:
         Args:
             path: The URDF file.
             package_dirs: Folders in which package:// is looked for; default: those above the file.
-            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            lock: Names of joints to fix: each at Pinocchio's neutral value, or at the limit nearest to it.
             floating: Give the robot a floating base.
             srdf: File with named postures and with pairs of links that are never checked for collision.
             meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
@@ -144,7 +144,7 @@ class Robot:
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
             InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
-            UnknownName: a joint to lock does not exist.
+            UnknownName: A joint to lock does not exist.
 
         Warns:
             DroppedWarning: The file states something that the robot does not have.
@@ -176,7 +176,8 @@ class Robot:
         Raises:
             InvalidValue: There is no row, a pose is none, or the radius is not positive.
 
-        Source: (2.52) of the textbook.
+        Source:
+            (2.52) of the textbook.
         """
         return Robot.from_parts(build_dh(tuple(rows), name, base, tool, radius))
 
@@ -211,7 +212,7 @@ class Robot:
         """Collision shapes (`pin.GeometryModel`), loaded on first use.
 
         Raises:
-            MissingFile: a mesh is not there.
+            MissingFile: A mesh is not there.
         """
         return loaded(self._geometry)
 
@@ -220,7 +221,7 @@ class Robot:
         """Shapes to draw (`pin.GeometryModel`), loaded on first use; else the collision shapes.
 
         Raises:
-            MissingFile: a mesh is not there.
+            MissingFile: A mesh is not there.
         """
         return self.geometry if self._visual is None else loaded(self._visual)
 
@@ -335,7 +336,8 @@ class Robot:
 
         Args:
             names: Names of the joints to fix.
-            q: Configuration (nq,) [rad, m] at which they are held; default: neutral, moved into the limits.
+            q: Posture (nq,) [rad, m] at which they are fixed; default: Pinocchio's neutral one, each joint
+                moved to the nearest value inside its limits.
 
         Returns:
             A new robot without these joints; the robot itself if no joint is named.
@@ -423,7 +425,8 @@ class Robot:
         Returns:
             The configuration (nq,) after the step.
 
-        Source: (3.48).
+        Source:
+            (3.48).
         """
         return pin.integrate(self.model, q, v * dt)
 

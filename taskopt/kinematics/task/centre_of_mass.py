@@ -50,7 +50,11 @@ class CentreOfMassTask(Task):
         weights(self.weight, 3)
 
     def bind(self, robot: Robot, name: str) -> "BoundCentreOfMass":
-        """Return the rows for a robot; see `Task.bind`."""
+        """Return the rows for a robot; see `Task.bind`.
+
+        Raises:
+            InvalidValue: The robot has no mass.
+        """
         if not robot.mass > 0.0:
             raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")
         rows = chosen_rows(self.axes, "xyz")

@@ -14,17 +14,20 @@ from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
 class DampingTask(Task):
     """Stand still: v = 0, one row for each velocity [rad/s, m/s].
 
-    Below or beside other tasks it damps what they leave. Beside a task of weight 1 it adds `weight` to the
-    diagonal of JᵀJ, as k² in (3.59). It asks for every joint, so that nothing is left for levels below; above
-    other levels take `LevelDamping`, which damps what its level decides and no more.
+    On a level below other tasks it stops the motion that they leave free. On the level of a task of weight 1
+    it adds `weight` to the diagonal of JᵀJ, as k² in (3.59). It has a row for every joint, so that levels
+    below it have no freedom left; where there are such levels, use `LevelDamping`, which damps only the
+    directions that its own level decides.
 
     Args:
-        weight: Factor of ½ v² within the level, one number or one for each velocity. More keeps velocities
-            smaller near singularities, and lets the other tasks of the level lag farther behind.
+        weight: Factor of ½ v² within the level, one number for all velocities or one for each (nv,). More
+            keeps velocities smaller near singularities, and lets the other tasks of the level lag farther
+            behind.
         name: Name in logs and plots. Default: "damping".
 
     Raises:
-        InvalidValue: A weight is out of its range; when bound.
+        InvalidValue: When the task is bound to a robot: a weight is negative or not finite, all are 0, or
+            their number does not fit.
 
     Source:
         Equation (3.59).
@@ -44,7 +47,8 @@ class BoundVelocity(BoundTask):
     Args:
         robot: The robot.
         name: Name of the task in its plan.
-        weight: Factor of ½ v², one number or one for each velocity; rows of weight 0 are left out.
+        weight: Factor of ½ v², one number for all velocities or one for each (nv,); a velocity of weight 0
+            has no row.
     """
 
     constant = True

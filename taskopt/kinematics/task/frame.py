@@ -21,7 +21,7 @@ _LETTERS = "xyzrpy"
 
 @dataclass(frozen=True, eq=False)
 class _OfFrame(Task):
-    """What the three tasks of a frame have in common; `_ROWS` are the letters of their rows."""
+    """Base of the three tasks of a frame; `_ROWS` are the letters of their rows."""
 
     frame: str
     target: Target | Value = field(default_factory=Hold, kw_only=True)

@@ -159,7 +159,7 @@ class BoundPosture(BoundJoints):
         self._robot, self.kernel, self.column = robot, None, (-1,) * columns.size
 
     def prepare(self, rows: LevelRows) -> None:
-        """Write nothing, since all rows change; see `RowPart.prepare`."""
+        """Do nothing: `fill` writes every row at every tick. See `RowPart.prepare`."""
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""

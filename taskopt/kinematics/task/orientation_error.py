@@ -51,7 +51,7 @@ _Error = Callable[[Array, Array, Array], _Rows]  # of R_e, R_d and ω_d
 
 @dataclass(frozen=True, eq=False)
 class _OfOrientation(Task):
-    """What the three tasks have in common."""
+    """Base of the three orientation tasks."""
 
     frame: str
     target: Target | Value = field(default_factory=Hold, kw_only=True)
@@ -122,10 +122,11 @@ class EulerTask(_OfOrientation):
 class AngleAxisTask(_OfOrientation):
     """Bring a frame to an orientation by the error e = r sin ϑ: L J_O v = Lᵀ ω_d + K e.
 
-    ϑ and r are angle and axis of the rotation R_d R_eᵀ that is left to make. Along these rows e dies out as
-    ė = −K e. That is the right way for ϑ < 90° only: the speed that they ask for is K tan ϑ, which grows
-    beyond all bounds at 90°, and beyond it sin ϑ dies out towards 180°. So from 80° on the rows are
-    J_O v = ω_d + K r, which turn the frame back by the shortest way; at 180° r is one of the two axes.
+    ϑ and r are angle and axis of the rotation R_d R_eᵀ that is left to make. With these rows e dies out as
+    ė = −K e. This leads to ϑ = 0 for ϑ < 90° only: the speed that the rows ask for is K tan ϑ, which grows
+    without bound towards 90°, and beyond 90° the error sin ϑ dies out towards ϑ = 180°. From 80° on the rows
+    therefore are J_O v = ω_d + K r, which turn the frame back by the shortest way. At 180° both ±r are axes
+    of the rotation, and one of them is taken.
 
     Args:
         frame: Name of the frame.

@@ -42,7 +42,7 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
     """Try the closed form with one working set.
 
     Args:
-        problem: the views of a hierarchy.
+        problem: The views of a hierarchy.
         state: (n + M,) the working set; where the verdict is AGAIN, one unknown has changed its side.
         x: (n,) filled with the optimum; worthless unless ACCEPTED.
         multipliers: (levels + 1, n + M) filled, likewise.

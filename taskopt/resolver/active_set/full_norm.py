@@ -22,7 +22,7 @@ def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
     """Restate a hierarchy in z = L x.
 
     Args:
-        hierarchy: one with a full norm, (n, n).
+        hierarchy: One with a full norm, (n, n).
 
     Returns:
         The same problem in z, with its box as hard rows, and L⁻¹ (n, n), so that x = L⁻¹ z.
@@ -48,9 +48,9 @@ def resolve_full_norm(
     """Resolve a hierarchy with a full norm by a resolver that knows diagonal norms only.
 
     Args:
-        resolve: that resolver.
-        hierarchy: one with a full norm, (n, n).
-        memory: of the tick before, if there was one.
+        resolve: That resolver.
+        hierarchy: One with a full norm, (n, n).
+        memory: Of the tick before, if there was one.
 
     Returns:
         The resolution, certified on the rows as declared, and the memory for the next tick.

@@ -23,9 +23,9 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
 
     Args:
         rows: M.
-        levels: number of levels, the hard rows among them.
+        levels: Number of levels, the hard rows among them.
         state: (n + M,) `Held` of each unknown and row.
-        n: number of unknowns.
+        n: Number of unknowns.
 
     Returns:
         The `Factor`, with `free` filled.
@@ -59,7 +59,7 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
         scale: (M,) size of each row for the decision of rank.
         offsets: (levels + 1,) first row of each level, the hard rows first.
         state: (n + M,) `Held` of each unknown and row; those that are not FREE are in W.
-        factor: filled.
+        factor: Filled.
     """
     n, f, levels = A.shape[1], factor.free.size, offsets.size - 1
     L, order, starts = factor.L, factor.order, factor.starts
@@ -142,11 +142,11 @@ def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solut
     Algorithm 1.
 
     Args:
-        factor: what `factorise` filled.
+        factor: What `factorise` filled.
         scale: (M,) size of each row.
         target: (M,) right-hand side of each row in W, with the unknowns that a bound holds taken out.
         held: Σ |x_j| of these unknowns; the rounding in `target` grows with it.
-        solution: filled.
+        solution: Filled.
     """
     L, order, z = factor.L, factor.order, solution.z
     residual, terms = solution.residual, solution.terms
@@ -225,7 +225,7 @@ def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
     """Set the free unknowns of x to Q z: apply the reflections in reverse.
 
     Args:
-        factor: what `factorise` filled.
+        factor: What `factorise` filled.
         z: (f,) coordinates of the free unknowns.
         x: (n,) whose free entries are overwritten.
     """
@@ -256,17 +256,18 @@ def multipliers_of_level(
 
         Σ_own residual_i A_i + Σ_before λ_i A_i + λ_box = 0.
 
-    Source: Escande, Mansard and Wieber (2014), Algorithm 2; Dimitrov, Sherikov and Wieber (2015), Sect. 3.
+    Source:
+        Escande, Mansard and Wieber (2014), Algorithm 2; Dimitrov, Sherikov and Wieber (2015), Sect. 3.
 
     Args:
         A: (M, n) scaled rows.
         scale: (M,) size of each row.
-        factor: what `factorise` filled.
-        solution: what `solve_levels` filled.
+        factor: What `factorise` filled.
+        solution: What `solve_levels` filled.
         state: (n + M,) `Held` of each unknown and row.
         x: (n,) the solution.
-        k: the level, 0 for the hard rows; the number of levels stands for the norm, with gradient x.
-        out: filled.
+        k: The level, 0 for the hard rows; the number of levels stands for the norm, with gradient x.
+        out: Filled.
     """
     n, f, levels = A.shape[1], factor.free.size, factor.starts.size - 1
     L, order, starts, ranks = factor.L, factor.order, factor.starts, factor.ranks

@@ -17,8 +17,8 @@ def gram(S: Array, m: int, n: int, K: Array) -> None:
 
     Args:
         S: (≥ m, ≥ n) matrix of which the first m rows and n columns count.
-        m: number of rows.
-        n: number of columns.
+        m: Number of rows.
+        n: Number of columns.
         K: (≥ m, ≥ m) filled; of its upper triangle, the 2 × 2 blocks on the diagonal as well.
     """
     for a in range(0, m - 1, 2):
@@ -41,7 +41,7 @@ def cholesky(K: Array, m: int, rows: int) -> bool:
 
     Args:
         K: (≥ rows, ≥ m) with the lower triangle of K in its first m rows, and B in those up to `rows`.
-        m: size of K.
+        m: Size of K.
         rows: m plus the number of rows of B.
 
     Returns:

@@ -17,7 +17,7 @@ def polish(resolution: Resolution) -> Resolution:
     Where that set is wrong, rows change from there on by our own search.
 
     Args:
-        resolution: the answer of any resolver.
+        resolution: The answer of any resolver.
 
     Returns:
         The polished answer with its own status and certificate. Its `iterations` count the factorisations: 1

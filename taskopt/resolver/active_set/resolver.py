@@ -38,8 +38,8 @@ class ActiveSet:
     phase one has not confirmed. `taskopt.resolver.fallback` adds both.
 
     Attributes:
-        fast_path: whether the closed form is tried before the search; it never changes the answer.
-        iterations: factorisations after which the search stops with ITERATION_LIMIT.
+        fast_path: True to try the closed form before the search; the answer is the same either way.
+        iterations: Factorisations after which the search stops with ITERATION_LIMIT.
     """
 
     fast_path: bool = True
@@ -51,14 +51,14 @@ class ActiveSet:
         """Resolve one tick.
 
         Args:
-            hierarchy: the problem.
-            memory: what the tick before returned, or None at the first one.
+            hierarchy: The problem.
+            memory: What the tick before returned, or None at the first one.
 
         Returns:
             The resolution, and the memory for the next tick.
 
         Raises:
-            InvalidValue: the memory is not one of a hierarchy of this layout.
+            InvalidValue: The memory is not one of a hierarchy of this layout.
         """
         layout, memory = hierarchy.layout, checked(memory, hierarchy.layout)
         if hierarchy.norm.ndim == 2:
@@ -93,11 +93,11 @@ def resolution_of(
     x; what stays unproven has failed.
 
     Args:
-        hierarchy: the problem.
+        hierarchy: The problem.
         answer: (layout.answer_size,) as filled; multipliers and certificate are replaced by a second proof.
         state: (n + M,) the final working set.
-        outcome: the `Outcome`.
-        rounds: the number of factorisations.
+        outcome: The `Outcome`.
+        rounds: The number of factorisations.
 
     Returns:
         The resolution, without any fallback.

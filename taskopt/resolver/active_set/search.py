@@ -62,12 +62,12 @@ def search(
     that none of them tie (Charnes 1952). Source: Escande, Mansard and Wieber (2014), Sect. 5, Algorithm 6.
 
     Args:
-        problem: the views of a hierarchy.
+        problem: The views of a hierarchy.
         state: (n + M,) the guess of the working set; overwritten by the final one.
         x: (n,) filled with the optimum.
         multipliers: (levels + 1, n + M) filled.
-        first: factorisations that the guess is worth.
-        limit: factorisations in all.
+        first: Factorisations that the guess is worth.
+        limit: Factorisations in all.
 
     Returns:
         The `Outcome` and the number of factorisations.
@@ -180,12 +180,12 @@ def _iterate(
     """Add and drop rows of W until it is optimal: the loop of the search.
 
     Args:
-        rows: the problem, scaled.
+        rows: The problem, scaled.
         state: (n + M,) the working set, changed in place.
-        here: the point; it has to be given unless `from_guess`.
+        here: The point; it has to be given unless `from_guess`.
         multipliers: (levels + 1, n + M) filled, scaled.
-        from_guess: start at the solution of W instead of at `here`.
-        limit: factorisations that are allowed.
+        from_guess: Start at the solution of W instead of at `here`.
+        limit: Factorisations that are allowed.
         moved: a step that moves no unknown by more, relative, is none.
 
     Returns:

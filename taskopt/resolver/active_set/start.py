@@ -35,10 +35,10 @@ def has_empty_interval(rows: ScaledRows) -> bool:
 
 @kernel
 def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
-    """Put every equality into W, and take every side out of W that has no bound.
+    """Make W consistent with the bounds: it holds every equality, and no side whose bound is infinite.
 
     Args:
-        rows: the problem.
+        rows: The problem.
         state: (n + M,) `Held` of each unknown and row, corrected.
     """
     n = rows.box_lower.size
@@ -128,10 +128,10 @@ def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) 
     """Start at the solution of the guess, moved into the box; what is violated joins W.
 
     Args:
-        rows: the problem.
+        rows: The problem.
         state: (n + M,) the guess; violated unknowns and rows are added.
-        goal: the solution of the guess with the values of all rows.
-        here: filled.
+        goal: The solution of the guess with the values of all rows.
+        here: Filled.
     """
     n = here.x.size
     for j in range(n):
@@ -168,9 +168,9 @@ def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
     """Start at the point of the box nearest to zero; W is what it violates, and the bounds that it touches.
 
     Args:
-        rows: the problem.
+        rows: The problem.
         state: (n + M,) filled.
-        here: filled.
+        here: Filled.
     """
     n = here.x.size
     for j in range(n):
@@ -189,8 +189,8 @@ def perturbed(rows: ScaledRows, turn: Count) -> ScaledRows:
     """Open each interval by a share of its own, so that no two bounds tie (Charnes 1952).
 
     Args:
-        rows: the problem.
-        turn: another turn, other shares.
+        rows: The problem.
+        turn: Another turn, other shares.
 
     Returns:
         The same rows with bounds of their own; equalities stay where they are.

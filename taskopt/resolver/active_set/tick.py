@@ -32,7 +32,7 @@ def new_history(layout: Layout) -> StateArray:
     """Allocate what the entries keep from tick to tick, as it is before the first tick.
 
     Args:
-        layout: of the hierarchies to come.
+        layout: Of the hierarchies to come.
 
     Returns:
         (3, n + M) the last working set, the one before it, and a row whose first entry is 1 if they
@@ -169,11 +169,11 @@ class LazyTick:
         """Resolve one tick.
 
         Args:
-            problem: buffer, norm, offsets and columns.
-            settings: as of `tick`.
-            history: as of `tick`.
-            state: as of `tick`.
-            answer: as of `tick`.
+            problem: Buffer, norm, offsets and columns.
+            settings: As of `tick`.
+            history: As of `tick`.
+            state: As of `tick`.
+            answer: As of `tick`.
 
         Returns:
             The `Outcome` as a plain integer, and the number of factorisations.

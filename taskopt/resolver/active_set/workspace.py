@@ -172,7 +172,7 @@ class SaddlePoint(NamedTuple):
     Attributes:
         rows: (m,) indices of the rows in M.
         uncovered: (u,) indices of the columns in U.
-        first_soft: first row that may keep a residual; rows before it are met exactly.
+        first_soft: First row that may keep a residual; rows before it are met exactly.
         S: (m, ≥ n) M D^-½ on covered columns, 0 on others.
         K: (m + u, ≥ m) Cholesky factor of S Sᵀ + 1/w, and below it (L⁻¹ M_U)ᵀ.
         MU: (u, ≥ m) M_Uᵀ.
@@ -189,12 +189,12 @@ class SaddlePoint(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Right-hand sides of the saddle-point system, overwritten by its solution.
+    """Memory for right-hand sides of the saddle-point system, which its solution overwrites.
 
     Attributes:
-        step: (≥ m,) of the rows.
-        move: (≥ u,) of the uncovered columns.
-        pull: (n,) of all unknowns.
+        step: (≥ m,) right-hand side of the rows; then the correction of λ.
+        move: (≥ u,) right-hand side of the uncovered columns; then the correction of x_U.
+        pull: (n,) Sᵀ times the correction of λ; from it follows the correction of the covered columns.
     """
 
     step: Array
