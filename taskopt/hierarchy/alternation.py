@@ -61,7 +61,7 @@ class _Count:
 
 
 class AlternationWatch:
-    """Counts the alternations of a run tick by tick, and keeps no tick but the last.
+    """Count the alternations of a run tick by tick, with no memory of ticks before the last.
 
     Args:
         dt: Length of a step [s].

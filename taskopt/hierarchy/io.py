@@ -19,7 +19,7 @@ def write(path: Path, layout: Layout, buffer: Array, norm: Array) -> None:
     """Write names and numbers of a hierarchy to one .npz file.
 
     Args:
-        path: The file; it is there as a whole or not at all.
+        path: The file; it is written as a whole or not at all.
         layout: Names and sizes.
         buffer: The flat buffer, (`layout.size`,).
         norm: W, (n,) or (n, n).

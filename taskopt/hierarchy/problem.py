@@ -184,7 +184,7 @@ class Hierarchy:
         """Write the problem with its names to one .npz file, so that it can be resolved elsewhere.
 
         Args:
-            path: The file; it is there as a whole or not at all.
+            path: The file; it is written as a whole or not at all.
         """
         io.write(Path(path), self.layout, self.buffer, self.norm)
 

@@ -139,8 +139,8 @@ def fill_function(row_kernels: tuple[RowKernel, ...], box_kernels: tuple[BoxKern
         box_kernels: Kernels of limits on single velocities.
 
     Returns:
-        A compiled function of program, numbers, q, Jacobians and placements (`RobotState`). It returns True
-        if the outcome is flawed.
+        A compiled function of five arrays: `program`, the layout of the hierarchy; `numbers`, its memory,
+        which is filled; and the three fields of `RobotState`. It returns True if the numbers are flawed.
     """
     fill_rows, narrow = _row_chain(row_kernels), _box_chain(box_kernels)
 

@@ -103,7 +103,7 @@ def find_recording(path: str | Path = LOGS) -> Path:
     """Find the Rerun recording that a path stands for.
 
     Args:
-        path: A recording, a log folder, or a folder of logs, of which the newest is meant.
+        path: A recording, the folder of a log, or a folder of logs, which stands for its newest log.
 
     Returns:
         The recording.

@@ -74,10 +74,9 @@ class ActiveSetWithFallback:
             resolution: An answer of the search.
 
         Returns:
-            The answer of the fallback, if it is proven and was asked for: because the search FAILED, or
-            because phase one does not find the contradiction that the search claims. Without such an answer
-            the one of the search, its status FAILED. An answer of any other status, or to a
-            hierarchy that holds NaN, is returned unchanged.
+            The answer of the fallback, if it was asked and its answer is proven. It is asked if the search
+            has FAILED, or if phase one refutes its INFEASIBLE. If the fallback proves nothing: the answer of
+            the search with the status FAILED. In all other cases: the answer of the search, unchanged.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:

@@ -117,7 +117,7 @@ def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) ->
 
     Args:
         make: Returns a new resolver with default settings, such as the class of the resolver.
-        replace: Whether a resolver that has this name already is replaced.
+        replace: True to replace a resolver that has this name already.
 
     Returns:
         A resolver that `make` returned; its `name` is the name to ask for.

@@ -23,9 +23,9 @@ class Transpose:
 
     With b = K e, the rows of a task whose target has no rate (`WithoutRate`), it is (3.76). The error falls
     as long as b is not in the null space of Aᵀ; there the arm is stuck, and a note of the resolution says so.
-    With one level x = 0 is then the optimum, too, so that an inverse does not move the arm either.
-    A step of Δt is stable for gains below `largest_gain`. A gradient knows no priority: all levels pull
-    together. The answer is no optimum of the hierarchy, and its status is always FORMULA; it does not
+    With one level x = 0 then is the least-squares optimum, too: a pseudo-inverse would not move the arm
+    either. A step of Δt is stable for gains below `largest_gain`. A gradient knows no priority: all levels
+    pull together. The answer is no optimum of the hierarchy, and its status is always FORMULA; it does not
     look at limits, and it refuses inequalities and hard rows.
 
     Attributes:

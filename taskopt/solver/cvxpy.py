@@ -103,7 +103,7 @@ class Program:
         Args:
             name: Name under which `solve` is given the numbers.
             shape: Shape of the parameter; none for a single number.
-            nonneg: Whether its entries are ≥ 0, which CVXPY must know of some factors.
+            nonneg: True if its entries are ≥ 0, which CVXPY must know of some factors.
 
         Returns:
             A parameter of CVXPY.

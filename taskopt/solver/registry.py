@@ -26,7 +26,7 @@ class Solver:
             well-scaled programs; inf for a solver that is held to nothing.
         package: Package that has to be importable; "" for a solver that is registered by a user.
         install: Argument of `pip install` that provides the package.
-        proves_infeasible: Whether the solver claims INFEASIBLE of infeasible programs; if not, it gives up.
+        proves_infeasible: True if the solver claims INFEASIBLE of infeasible programs; else it gives up.
         module: Module of `taskopt.solver` that holds the function `solve`.
         function: The function itself, for a solver that is registered by a user.
     """
@@ -134,8 +134,8 @@ def register_solver(
         solve: A function (qp, accuracy) -> Solution, see `taskopt.solver.base.Solve`.
         method: Kind of algorithm, for tables.
         accuracy: KKT residual, relative to max(1, largest term), that it keeps on well-scaled programs.
-        proves_infeasible: Whether it claims INFEASIBLE of infeasible programs; if not, it may only give up.
-        replace: Whether a solver that has this name already is replaced.
+        proves_infeasible: True if it claims INFEASIBLE of infeasible programs; else it may only give up.
+        replace: True to replace a solver that has this name already.
 
     Returns:
         The new line of the table.

@@ -98,7 +98,7 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
 
 
 def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
-    """Draw a configuration uniformly from the position limits of a robot.
+    """Draw a posture uniformly from the position limits of a robot.
 
     A coordinate without limits is drawn from 2π rad or 2π m around zero, and one with a single limit from a
     range of that size beside it.

@@ -28,7 +28,7 @@ class Parts:
         geometry: Collision shapes, or a function that loads them.
         visual: Shapes to draw, or a function that loads them; None: the collision shapes.
         name: Name of the robot.
-        postures: Named configurations (nq,) [rad, m].
+        postures: Named postures (nq,) [rad, m].
         couplings: Joints that follow others; the leaders follow no joint.
         dropped: Sentences on everything in the file that the robot does not have.
     """

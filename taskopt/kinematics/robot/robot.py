@@ -34,8 +34,8 @@ class Robot:
         model: The kinematic tree; a joint whose axes turn with its own coordinates (composite, universal,
             Euler angles) is split into joints with one axis each, which changes no coordinate.
         name: Name of the robot.
-        nq: How many numbers a configuration q has.
-        nv: How many numbers a velocity v has.
+        nq: Number of entries of a posture q.
+        nv: Number of entries of a velocity v.
         joints: Names of the movable joints.
         velocity_names: (nv) name of each velocity.
         coordinate_units: (nv) "rad" or "m", the unit of the coordinate whose rate each velocity is.
@@ -46,7 +46,7 @@ class Robot:
         couplings: Joints that follow others, as mimic joints do; a stack holds them as hard rows.
         dropped: Sentences on everything in the robot's file that the robot does not have.
         neutral: (nq,) Pinocchio's neutral configuration, with coupled joints where their leaders put them.
-        postures: Named configurations (nq,), "neutral" and "middle" among them.
+        postures: Named postures (nq,) [rad, m], "neutral" and "middle" among them.
     """
 
     def __init__(

@@ -48,7 +48,7 @@ def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
 def postures(
     srdf: Path, model: Model, fixed: Container[str] = ()
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Read the named configurations of an SRDF file; joints that it does not name are neutral.
+    """Read the named postures of an SRDF file; joints that it does not name are neutral.
 
     A state of which the model lacks most joints belongs to another variant of the robot, and is left out.
 

@@ -153,7 +153,9 @@ class JointCouplingTask(Task):
 
 
 class BoundLinear(BoundTask):
-    """Rows A D v = K (b − A (q ⊖ q₀)); they are written once where D is the identity.
+    """Rows A D v = K (b − A (q ⊖ q₀)), with D the derivative of q ⊖ q₀ by the joint variables.
+
+    Where D is the identity, A is written once and never again.
 
     Args:
         robot: The robot.
