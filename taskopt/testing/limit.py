@@ -94,7 +94,9 @@ def _check_tick(
 ) -> None:
     """Check bounds and rows at one configuration."""
     hierarchy, brakes = plan.at(q, 0.0), plan.brakes()
-    rows = hierarchy.limits
+    own = plan.layout.blocks[0].rows if isinstance(bound, RowPart) else slice(0)
+    whole = hierarchy.limits  # its own rows come first, before those of couplings of the robot
+    rows = LevelRows(whole.A[own], whole.lower[own], whole.upper[own], whole.weight[own])
     value = rows.A @ brakes
     over = float(np.maximum(rows.lower - value, value - rows.upper).max(initial=0.0))
     require(over <= _INSIDE, f"braking misses a row of '{name}' by {over:.3g}", q)

@@ -134,7 +134,7 @@ def _check_fill(bound: BoundTask, rows: LevelRows, q: Array, robot: Robot) -> No
 def _check_plan(bound: BoundTask, rows: LevelRows, plan: Plan, q: Array) -> None:
     """Check that the plan fills the rows that `fill` fills."""
     hierarchy = plan.at(q, TIME)
-    block = plan.layout.blocks[0].rows
+    block = next(block.rows for block in plan.layout.blocks if block.level)
     theirs = hierarchy.A[block], hierarchy.lower[block], hierarchy.upper[block]
     scale = max(
         1.0, float(np.abs(rows.A).max()), float(np.abs(rows.lower[np.isfinite(rows.lower)]).max(initial=0))

@@ -3,11 +3,20 @@
 import numpy as np
 import pytest
 
-from taskopt import Controller, FrameTask, JointPositionLimit, JointTask, JointVelocityLimit, Stack
+from taskopt import (
+    Controller,
+    FrameTask,
+    JointAccelerationLimit,
+    JointPositionLimit,
+    JointTask,
+    JointVelocityLimit,
+    Stack,
+)
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.robot.couplings import Coupling
+from taskopt.testing import check_limit, check_task
 from tests.helpers.urdf_text import LIMIT, PAN, joint, robot, written
 
 
@@ -166,3 +175,11 @@ def test_the_fingers_of_the_panda_close_together():
     task = JointTask(np.array([0.01]), joints=["panda_finger_joint1"], gain=1.0)
     v = Controller(arm, Stack([[task]]), dt=0.01).step(arm.posture("middle"), 0.0).v
     np.testing.assert_allclose(v[7:], [-0.01, -0.01], atol=1e-12)
+
+
+def test_own_tasks_and_limits_are_checked_on_a_robot_with_couplings():
+    """The rows of the couplings are not taken for those of the task or limit that is checked."""
+    arm = Robot.load("panda")
+    check_task(FrameTask("panda_hand", gain=1.0), arm)
+    check_limit(JointPositionLimit(), arm)
+    check_limit(JointAccelerationLimit(5.0), arm)
