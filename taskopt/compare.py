@@ -24,7 +24,7 @@ class Comparison:
     the reason in its summary, and the others go on. If it is the only one, its error is raised.
 
     Args:
-        scenario: What to run.
+        scenario: The scenario to run.
         resolvers: The resolvers, or their names (`taskopt list` shows them).
 
     Attributes:

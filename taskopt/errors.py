@@ -74,8 +74,8 @@ class NotInstalled(TaskoptError, ImportError):
     """An optional package is missing; the message has the command that installs it.
 
     Args:
-        what: What cannot be used without the package.
-        install: What `pip install` has to be given.
+        what: Name of the feature that needs the package.
+        install: Arguments of `pip install`.
     """
 
     def __init__(self, what: str, install: str) -> None:

@@ -40,7 +40,7 @@ def fig_3_16() -> Figure:
 
 
 def fig_3_17() -> Figure:
-    """Draw the pseudo-inverse: error of the position, and the orientation that nothing holds."""
+    """Draw the pseudo-inverse: error of the position, and the orientation, which no row controls."""
     return _errors_and_orientation("fig_3_17_pseudo_inverse", "pinv")
 
 

@@ -71,7 +71,7 @@ def number(value: float, digits: int = 3) -> str:
 
     Args:
         value: The number.
-        digits: How many digits stand behind the point.
+        digits: Number of digits after the point.
 
     Returns:
         The text.

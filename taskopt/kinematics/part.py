@@ -182,7 +182,7 @@ def check_complete(part: object, base: type[Part], what: str, needed: Sequence[s
     """Raise an error that names what a part lacks.
 
     Args:
-        part: What a declaration was bound to.
+        part: The bound part.
         base: The class that it must derive from.
         what: The declaration that made the part, for the message.
         needed: Names of the attributes that must be there.

@@ -182,7 +182,7 @@ def checked_pose(name: str, value: ArrayLike) -> Array:
     """Copy a pose from outside, after checking it.
 
     Args:
-        name: What the error message calls the pose.
+        name: Name of the pose in the error message.
         value: (4, 4) pose, translation in [m].
 
     Returns:

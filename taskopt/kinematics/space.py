@@ -57,7 +57,7 @@ class Space(Protocol):
     """A space of values of one kind.
 
     Attributes:
-        tangent: How many numbers a rate has.
+        tangent: Number of entries of a rate.
     """
 
     tangent: int
@@ -160,7 +160,7 @@ class PoseSpace:
         """Make the space of a frame.
 
         Args:
-            name: What error messages call a value.
+            name: Name of a value in error messages.
             angular: Rates (3,) are angular.
         """
         self._name, self._angular = name, angular
@@ -234,7 +234,7 @@ class PostureSpace:
         """Make the space of some joints of a robot.
 
         Args:
-            name: What error messages call a value.
+            name: Name of a value in error messages.
             robot: The robot.
             joints: Names of the joints.
         """

@@ -99,7 +99,7 @@ class Plan:
     """A stack compiled for a robot; `at` fills the one hierarchy that it has.
 
     Args:
-        stack: What was declared.
+        stack: The declared stack.
         robot: The robot.
         dt: Time [s] from one tick to the next.
 

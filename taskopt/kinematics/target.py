@@ -167,7 +167,7 @@ class Circle:
         period: Time of one turn, 2π/ω [s].
         toward: Direction from the start to the centre, (3,) in the world; its length does not matter.
         along: Direction in which the circle begins, (3,) in the world, at right angles to `toward`.
-        turns: How many turns are made, after which the target holds; None goes on for ever.
+        turns: Number of turns, after which the target holds; None goes on for ever.
 
     Raises:
         InvalidValue: A number is not positive, or the directions are not at right angles.

@@ -34,7 +34,7 @@ def fault_of_solution(found: object, qp: QuadraticProgram) -> str:
     """Say in which way something is no solution of a program, whatever its numbers are.
 
     Args:
-        found: What a solver returned.
+        found: The object that a solver returned.
         qp: The program that it was given.
 
     Returns:

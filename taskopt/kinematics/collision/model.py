@@ -122,8 +122,8 @@ class Collision:
     def remeasure(self) -> None:
         """Measure pairs again whose nearest points coincide or are NaN, with a larger tolerance.
 
-        About once in 10^7 distances Coal's iteration runs into rounding: it says NaN, or that solids half a
-        metre apart touch.
+        About once in 10⁷ distances Coal's iteration fails by rounding: it returns NaN, or zero for solids
+        that are half a metre apart.
         """
         apart = np.abs(self.contact[:, 6:] - self.contact[:, 3:6]).max(axis=1)
         for pair in np.flatnonzero(~(apart > 0.0)):

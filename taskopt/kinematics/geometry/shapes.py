@@ -25,7 +25,7 @@ class Sphere:
     Attributes:
         centre: (3,) [m], in the world.
         radius: [m], greater than zero.
-        name: What rows, pictures and logs call it.
+        name: Name in rows, pictures and logs.
     """
 
     centre: ArrayLike
@@ -51,7 +51,7 @@ class Capsule:
         start: (3,) [m], one end of the segment, in the world.
         stop: (3,) [m], the other end, in the world.
         radius: [m], greater than zero.
-        name: What rows, pictures and logs call it.
+        name: Name in rows, pictures and logs.
     """
 
     start: ArrayLike
@@ -84,7 +84,7 @@ class Box:
     Attributes:
         place: Its centre (3,) [m], edges then being along the axes of the world; or its pose (4, 4).
         size: (3,) [m], lengths of the edges along x, y and z of the box.
-        name: What rows, pictures and logs call it.
+        name: Name in rows, pictures and logs.
     """
 
     place: ArrayLike
@@ -115,7 +115,7 @@ class HalfSpace:
     Attributes:
         normal: n (3,), pointing out of the solid, in the world; stored at length 1.
         offset: [m], distance of the surface from the origin of the world along n.
-        name: What rows, pictures and logs call it.
+        name: Name in rows, pictures and logs.
     """
 
     normal: ArrayLike

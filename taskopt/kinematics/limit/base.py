@@ -51,7 +51,7 @@ class RateLimit:
     """A limit whose bounds depend on the velocity of the last tick; derive from it besides `BoundLimit`."""
 
     def moved(self, v: Array) -> None:
-        """Take a velocity for the one that the robot has until the next tick.
+        """Tell the limit the velocity that the robot has until the next tick.
 
         Args:
             v: Velocity, (nv,) [rad/s, m/s].

@@ -203,7 +203,7 @@ class BoundDistance(RowLimit, BoundLimit):
         braking: Margin, influence and gain.
 
     Attributes:
-        distances: What the last `fill` measured.
+        distances: The distances as the last `fill` measured them.
         margin: Least distance [m].
         influence: Distance at which braking begins [m].
         gain: κ.
@@ -211,7 +211,7 @@ class BoundDistance(RowLimit, BoundLimit):
         speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
         jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
         bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
-        reserve: What is added to the margin of each pair, (P,) [m].
+        reserve: Amount that is added to the margin of each pair, (P,) [m].
         share: s of each velocity, as of the last `fill`, (nv,).
     """
 

@@ -153,7 +153,7 @@ class BoundAlignment(_BoundTurn):
 
     Args:
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
     """
 
     def __init__(self, name: str, task: AxisAlignmentTask) -> None:

@@ -152,7 +152,7 @@ def weights(weight: ArrayLike, count: int, pair: tuple[int, ...] = ()) -> Array:
     Args:
         weight: One number, `count` numbers, or one for each part of `pair`.
         count: Number of rows.
-        pair: How many rows each of two parts has, such as position and orientation; () for no parts.
+        pair: Number of rows of each of two parts, such as position and orientation; () for no parts.
 
     Returns:
         Weight of each row, (count,).

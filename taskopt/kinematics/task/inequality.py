@@ -175,7 +175,7 @@ class BoundGaze(BoundTask):
     Args:
         robot: The robot.
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
 
     Attributes:
         value: φ of the last `fill`, (1,) [rad].

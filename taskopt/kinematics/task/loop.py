@@ -71,7 +71,7 @@ class BoundLoop(BoundTask):
 
     Args:
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
         rows: Rows of six that are taken, (m,).
     """
 

@@ -64,7 +64,7 @@ class BoundGradient(BoundVelocity):
     Args:
         robot: The robot.
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
     """
 
     constant = False
@@ -144,7 +144,7 @@ class BoundObjective(BoundTask):
 
     Args:
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
     """
 
     def __init__(self, name: str, task: ObjectiveTask) -> None:

@@ -179,7 +179,7 @@ class BoundOrientation(BoundTask):
 
     Args:
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
         rows_of: Computes the rows from R_e, R_d and ω_d.
     """
 

@@ -101,7 +101,7 @@ class BoundRelative(BoundTask):
 
     Args:
         name: Name of the task in its plan.
-        task: What was declared.
+        task: The declared task.
         rows: Rows of six that are taken, (m,).
     """
 

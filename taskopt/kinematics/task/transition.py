@@ -52,7 +52,7 @@ class During(Task):
         task: The task; not one that is timed itself, nor `LevelDamping`.
         begin: Time [s] at which it begins to come. Default: always there.
         end: Time [s] at which it begins to go. Default: never.
-        blend: How long it takes to come, and to go [s]. More makes the velocities change more slowly; 0
+        blend: Time that it takes to come, and to go [s]. More makes the velocities change more slowly; 0
             switches, which lets them jump.
         reach: Width of the band [m/s, rad/s] from which the bounds close in, and to which they open. It
             should exceed the distance of the rows from their goals then; more makes the band move faster.
@@ -222,7 +222,7 @@ def swap(
         first: Tasks that are above until `at`.
         second: Tasks that are above from then on.
         at: Time of the swap [s].
-        blend: How long it takes [s], see `During`.
+        blend: Duration of the change [s], see `During`.
         reach: Width of the band, see `During`.
 
     Returns:

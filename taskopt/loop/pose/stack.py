@@ -73,7 +73,7 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
     which asks for d ≥ margin at the posture itself: a step of the search may pass through an obstacle.
 
     Args:
-        stack: What was declared.
+        stack: The declared stack.
         robot: The robot.
 
     Returns:

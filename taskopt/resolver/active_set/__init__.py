@@ -62,12 +62,12 @@ in tests/resolver/active_set/test_heuristics.py that fail without one of them ca
 in test_resolver.py; [h] has no such test: of 3,000 hierarchies with nearly opposed rows, one ends elsewhere
 without it):
 
-    [a] alternation      where ticks alternate between two working sets, guess the one before the last
+    [a] alternation      where ticks alternate between two working sets, start from the last but one
     [b] fast path        the closed form of `fast_path`, with four attempts and one refinement
-    [c] second start     a search that proves nothing is repeated without the guess
+    [c] second start     a search that proves nothing is repeated from an empty working set
     [d] perturbation     bounds that tie are moved apart by SEARCH_PERTURBATION (Charnes 1952)
     [e] true bounds      the perturbation is taken out of the answer
-    [f] joint start      all rows that the guess violates join W at once; E adds them one by one
+    [f] joint start      all rows that the first point violates join W at once; E adds them one by one
     [g] lock             a row that was dropped and blocks the next step at once stays until x moves
     [h] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
     [i] other bound      a two-sided row that is dropped beyond its other bound is held there

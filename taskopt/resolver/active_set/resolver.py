@@ -2,7 +2,7 @@
 
 Its memory is two working sets and a flag, so that a logged tick can be resolved again exactly. Where a
 target is out of reach, tasks with high gains throw joints from one limit to the other and back; the
-working set of two ticks ago is then the better guess.
+working set of two ticks ago is then the better one to start from.
 """
 
 from dataclasses import dataclass

@@ -57,16 +57,17 @@ def search(
 ) -> tuple[Outcome, Count]:
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
-    The first search starts from the guess. Where it leads nowhere in `first` factorisations, a second one
-    starts from a point that keeps the hard rows, with bounds moved apart by less than what counts as kept, so
-    that none of them tie (Charnes 1952). Source: Escande, Mansard and Wieber (2014), Sect. 5, Algorithm 6.
+    The first search starts from the working set that is given. Where it leads nowhere in `first`
+    factorisations, a second one starts from a point that keeps the hard rows, with bounds moved apart by less
+    than what counts as kept, so that none of them tie (Charnes 1952). Source: Escande, Mansard and Wieber
+    (2014), Sect. 5, Algorithm 6.
 
     Args:
         problem: The views of a hierarchy.
-        state: (n + M,) the guess of the working set; overwritten by the final one.
+        state: (n + M,) the initial working set; overwritten by the final one.
         x: (n,) filled with the optimum.
         multipliers: (levels + 1, n + M) filled.
-        first: Factorisations that the guess is worth.
+        first: Factorisations after which the first search is given up.
         limit: Factorisations in all.
 
     Returns:

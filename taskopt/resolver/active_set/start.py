@@ -125,12 +125,12 @@ def violates(rows: ScaledRows, state: StateArray, goal: Point) -> bool:
 
 @kernel
 def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) -> None:
-    """Start at the solution of the guess, moved into the box; what is violated joins W.
+    """Start at the solution of the initial working set, moved into the box; what is violated joins W.
 
     Args:
         rows: The problem.
-        state: (n + M,) the guess; violated unknowns and rows are added.
-        goal: The solution of the guess with the values of all rows.
+        state: (n + M,) the initial working set; violated unknowns and rows are added.
+        goal: The solution of that working set with the values of all rows.
         here: Filled.
     """
     n = here.x.size

@@ -22,10 +22,8 @@ from taskopt.resolver.active_set.search import search
 from taskopt.resolver.active_set.workspace import Count, Held, Outcome, Verdict
 
 FAST_PATH_ATTEMPTS = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
-FIRST_SEARCH_LIMIT = (
-    150  # factorisations that the guess is worth; a tick that needs more is better off with another start
-)
-LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
+FIRST_SEARCH_LIMIT = ( 150  # factorisations from the initial working set; a tick that needs more is better
+off with another start ) LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
 
 
 def new_history(layout: Layout) -> StateArray:
@@ -105,7 +103,7 @@ def tick(
         outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= PROVEN):
-        for i in range(state.size):  # once more, without the guess
+        for i in range(state.size):  # once more, from an empty working set
             state[i] = Held.FREE
         outcome, more = search(problem, state, x, multipliers, np.int64(1), limit)
         rounds += more
@@ -123,7 +121,7 @@ def tick(
 
 @kernel
 def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
-    """Try the fast path from the guess; where it is accepted, `state` is its working set, else as it was."""
+    """Try the fast path from the working set; where it is accepted, `state` is its working set, else as it was."""
     trial, verdict = state.copy(), Verdict.AGAIN
     for _ in range(FAST_PATH_ATTEMPTS):
         verdict = fast_path(problem, trial, found.x, found.multipliers)

@@ -120,7 +120,7 @@ class LevelSolution(NamedTuple):
     Attributes:
         z: (f,) coordinates Qᵀ x of the free unknowns; each level decides its own part.
         residual: (M,) L z − target of each row in W, as in `Factor.order`.
-        terms: (M,) sum of the magnitudes that a residual is the difference of; it bounds the rounding.
+        terms: (M,) sum of the magnitudes of the summands of each residual; it bounds their rounding error.
     """
 
     z: Array
@@ -133,7 +133,7 @@ class LevelMultipliers(NamedTuple):
 
     Attributes:
         value: (n + M,) multipliers λ, 0 where there is none.
-        terms: (n + M,) sum of the magnitudes that each is the difference of; it bounds the rounding.
+        terms: (n + M,) sum of the magnitudes of the summands of each λ; it bounds their rounding error.
     """
 
     value: Array
