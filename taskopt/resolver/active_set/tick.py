@@ -22,8 +22,10 @@ from taskopt.resolver.active_set.search import search
 from taskopt.resolver.active_set.workspace import Count, Held, Outcome, Verdict
 
 FAST_PATH_ATTEMPTS = 4  # of the fast path, each a bound of the box apart; a tick seldom changes more
-FIRST_SEARCH_LIMIT = ( 150  # factorisations from the initial working set; a tick that needs more is better
-off with another start ) LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
+FIRST_SEARCH_LIMIT = (
+    150  # factorisations of the first search; a tick that needs more is better off with another start
+)
+LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
 
 
 def new_history(layout: Layout) -> StateArray:
@@ -121,7 +123,7 @@ def tick(
 
 @kernel
 def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
-    """Try the fast path from the working set; where it is accepted, `state` is its working set, else as it was."""
+    """Try the fast path from `state`; where it is accepted, `state` is its working set, else as it was."""
     trial, verdict = state.copy(), Verdict.AGAIN
     for _ in range(FAST_PATH_ATTEMPTS):
         verdict = fast_path(problem, trial, found.x, found.multipliers)
