@@ -24,7 +24,10 @@ Goals = Mapping[str, Value] | Stack
 
 POSTURES = 1000  # drawn once for each solver; the nearest of them are the starts
 STARTS = 100
-_SCAN = 25  # ticks of a descent from one start; most take less than ten
+_FIRST = 50  # ticks of the descent from a start that was given
+_SCAN = (
+    15  # ticks of a descent from one that was drawn; most take seven, and another start is better than more
+)
 _REST = 100  # ticks for the levels below the goals to come to rest
 _POLISHED = 3  # of the nearest ends, where none met the goals
 _FREE_STARTS = 20  # starts of the search without limits
@@ -159,19 +162,19 @@ class PoseSolver:
         for anchored in {self._plain, descent}:
             anchored.start(anchor)
         ends = []
-        for q in self._begin(first, near, starts):
-            ends.append(descent.reach(q, _SCAN))
+        for q, ticks in self._begin(first, near, starts):
+            ends.append(descent.reach(q, ticks))
             if ends[-1].met:
                 break
         return ends
 
-    def _begin(self, first: Array | None, near: Array | None, starts: int) -> Iterator[Array]:
-        """Yield the starts: the first one, if it is given, then those that were drawn."""
+    def _begin(self, first: Array | None, near: Array | None, starts: int) -> Iterator[tuple[Array, int]]:
+        """Yield the starts with their ticks: the first one, if it is given, then those that were drawn."""
         if first is not None:
-            yield first
+            yield first, _FIRST
             starts -= 1
         if starts:
-            yield from self._starts.nearest(starts, near)
+            yield from ((q, _SCAN) for q in self._starts.nearest(starts, near))
 
     def _solved(self, descent: Descent, ends: list[End]) -> PoseSolution:
         """Return the solution from the last end, once the levels below the goals are at rest there."""
