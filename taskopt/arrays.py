@@ -11,6 +11,7 @@ from taskopt.errors import InvalidValue
 
 Array = TypeAliasType("Array", npt.NDArray[np.float64])
 IntArray = TypeAliasType("IntArray", npt.NDArray[np.int64])
+BoolArray = TypeAliasType("BoolArray", npt.NDArray[np.bool_])
 StateArray = TypeAliasType("StateArray", npt.NDArray[np.int8])  # −1 lower, 0 inactive, +1 upper
 Mask = TypeAliasType("Mask", npt.NDArray[np.bool_])
 ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)  # lists, tuples, numbers, arrays

@@ -15,7 +15,7 @@ The kernel of a limit on single velocities has `(parameters, memory, state, boun
 as in `BoundLimit.narrow`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from inspect import ismethod, signature
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import COMPILED, Kernel
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Parameter
 
 
 class RobotState(NamedTuple):
@@ -96,6 +97,23 @@ class Part:
             memory: The memory from now on, of the size of the old one.
         """
         self.memory = memory
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the parameters of this part, by attribute, such as "gain"; none by default.
+
+        The plan calls this once, after `use`.
+        """
+        return {}
+
+    def retime(self, dt: float) -> None:
+        """Take another Δt for the ticks to come.
+
+        A limit whose rows or bounds depend on Δt and change from tick to tick defines this method; the plan
+        refuses another Δt where such a limit lacks it.
+
+        Args:
+            dt: Δt [s].
+        """
 
 
 class RowPart(Part):

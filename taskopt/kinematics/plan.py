@@ -124,6 +124,20 @@ def compiled_tick(
     return CompiledTick(fill_function(rows, bounds), arguments, moved)
 
 
+def base_box(tick: Tick) -> Array:
+    """Return the box with which each tick of a plan begins.
+
+    Args:
+        tick: Arguments of the compiled function.
+
+    Returns:
+        (4, n) a view: lower bounds, upper bounds, and the owner of each.
+    """
+    program, numbers = tick[0], tick[1]
+    n, start = int(program[Header.UNKNOWNS]), int(program[Header.BOX])
+    return numbers[start : start + 4 * n].reshape(4, n)
+
+
 def _distinct(parts: Iterable[Part]) -> tuple[FunctionType, ...]:
     """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
     kernels = dict.fromkeys(cast("FunctionType", part.kernel) for part in parts)

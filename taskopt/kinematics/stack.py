@@ -1,6 +1,6 @@
 """A stack: levels of tasks in strict order, limits around them, and a norm."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from itertools import accumulate, chain
 from typing import TypeVar
@@ -12,13 +12,16 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
 from taskopt.hierarchy.view import box_of, rows_of
+from taskopt.kinematics.changes import Changes
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.gate import Axes, Enabled, Gate, Weight
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, named_apart
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.coupling import BoundCoupling
 from taskopt.kinematics.limit.distance import BoundDistance
+from taskopt.kinematics.parameter import Followed, Parameter, Setting
 from taskopt.kinematics.part import Part, RowPart, check_complete
-from taskopt.kinematics.plan import compiled_tick, flawed
+from taskopt.kinematics.plan import base_box, compiled_tick, flawed
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
@@ -139,8 +142,11 @@ class Plan:
         self.layout = _layout(robot, named, levels, ("box", *numbered(owners)))
         self._started = False
         self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
-        blocks = {block.name: block.rows for block in self.layout.blocks if block.level}
-        self._damps = [(damping, k, blocks[damping.name]) for damping, k in dampings]
+        blocks = {block.name: block for block in self.layout.blocks if block.level}
+        self._damps = [(damping, k, blocks[damping.name].rows) for damping, k in dampings]
+        self._gates = self._gated(blocks)
+        self._open_gates: tuple[Gate, ...] = ()
+        self.changes = Changes(self._parameters(levels))
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Anchor the targets that begin at the start posture, with the robot at rest.
@@ -202,11 +208,27 @@ class Plan:
             InvalidValue: q or a target is not finite, or q has the wrong size.
         """
         self.aim(q, t)
+        return self.filled(t)
+
+    def filled(self, t: float) -> Hierarchy:
+        """Fill the hierarchy after `aim`.
+
+        Args:
+            t: Time [s].
+
+        Returns:
+            The plan's own hierarchy.
+
+        Raises:
+            InvalidValue: q or a target is not finite.
+        """
         flaw = self.fill(*self.tick)
         for narrow, owner in self._narrows:
             narrow(self.configuration, self._bounds, owner)
         if flaw or (self._narrows and self._is_flawed()):
             self.blame(t)
+        if self._open_gates:
+            self._apply_gates(t)
         for damping, level, own in self._damps:
             damping.damp(self.hierarchy, level, own)
         return self.hierarchy
@@ -220,23 +242,117 @@ class Plan:
         """
         if not self._started:
             self._anchor(q, t)
+        if self.changes.waiting:
+            self._change(t)
         self.configuration.update(q)
         for aim in self._moving:
             aim(t)
         for fill, rows in self._fills:
             fill(self.configuration, t, rows)
 
+    def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
+        """Change parameters from the next tick on, see `Controller.set`.
+
+        Args:
+            changes: New values by address, such as {"hand.weight": 0.1}.
+            over: Time over which the change is blended [s].
+
+        Raises:
+            UnknownName: There is no parameter of that address.
+            InvalidValue: A parameter does not take its value.
+        """
+        self.changes.set(changes, over)
+
+    def retime(self, dt: float) -> None:
+        """Take another time from one tick to the next.
+
+        Args:
+            dt: Δt [s].
+
+        Raises:
+            InvalidValue: dt ≤ 0, a gain is too large for it, or a limit from outside cannot change its Δt.
+        """
+        dt = positive("dt", dt)
+        _check_gains(self.tasks, dt)
+        for limit in self.limits:
+            if not limit.constant and type(limit).retime is Part.retime:
+                raise InvalidValue(
+                    f"the limit '{limit.name}' cannot take another Δt: {type(limit).__name__} lacks retime()"
+                )
+        for part in (*self.limits, *self.tasks):
+            part.retime(dt)
+        self.dt = dt
+
     @property
     def in_one_call(self) -> bool:
-        """True if `fill(*tick)` after `aim` does all that `at` does, so that nothing follows it in Python."""
+        """True if `fill(*tick)` after `aim` does all that `at` does, as long as no task is `gated`."""
         return not self._narrows and not self._damps
+
+    @property
+    def gated(self) -> bool:
+        """True if rows of some task are out of force, or on their way, so that Python follows the kernels."""
+        return bool(self._open_gates)
+
+    def _change(self, t: float) -> None:
+        """Apply the changes of parameters that wait, and carry on those that are blended."""
+        self.changes.apply(t)
+        if not all(part.fixed_target for part in self._still):
+            self._sort_targets()
+        for gate in self._gates.values():
+            if gate.stirred:
+                gate.stirred = False
+                if gate not in self._open_gates and not gate.is_idle(t):
+                    self._open_gates = (*self._open_gates, gate)
+
+    def _apply_gates(self, t: float) -> None:
+        """Open the bounds of rows that are out or on their way; forget gates with nothing to do."""
+        for gate in self._open_gates:
+            gate.apply(t)
+        self._open_gates = tuple(gate for gate in self._open_gates if not gate.is_idle(t))
+
+    def _gated(self, blocks: Mapping[str, Block]) -> dict[str, Gate]:
+        """Return a gate for each task, and let the weights of tasks be those in the hierarchy.
+
+        Args:
+            blocks: Rows of the tasks, by name.
+        """
+        gates = {}
+        for task in self.tasks:
+            if not isinstance(task, BoundLevelDamping):
+                rows = _rows(self.hierarchy, blocks[task.name])
+                task.weight = rows.weight
+                gates[task.name] = Gate(rows, constant=task.constant)
+        return gates
+
+    def _parameters(self, levels: Sequence[Sequence[BoundTask]]) -> dict[str, Parameter]:
+        """Return all parameters by address."""
+        found: dict[str, Parameter] = {}
+        for task in self.tasks:
+            found |= {f"{task.name}.{attribute}": p for attribute, p in task.adjustable().items()}
+        for name, task in {task.name: task for task in self.tasks if task.name in self._gates}.items():
+            gate = self._gates[name]
+            found[f"{name}.weight"], found[f"{name}.axes"] = Weight(task, gate), Axes(task, gate)
+            found[f"{name}.enabled"] = Enabled(f"{name}.enabled", [gate])
+        for k, level in enumerate(levels, 1):
+            address = f"level {k}.enabled"
+            found[address] = Enabled(address, [self._gates[t.name] for t in level if t.name in self._gates])
+        for name, limit in zip(numbered(limit.name for limit in self.limits), self.limits, strict=True):
+            for attribute, p in limit.adjustable().items():
+                found[f"{name}.{attribute}"] = Followed(p, self._write_base_box) if limit.constant else p
+        return found
+
+    def _write_base_box(self) -> None:
+        """Write the box with which every tick begins: the bounds that do not depend on the posture."""
+        bounds = base_box(self.tick)
+        bounds[:] = 0.0
+        bounds[0], bounds[1] = -np.inf, np.inf
+        for narrow, owner in self._constant_bounds:
+            narrow(self.configuration, bounds, owner)
 
     def _prepare(self, hard: Sequence[RowPart], boxes: Sequence[BoundLimit], norm: Array) -> None:
         """Write what never changes, and sort the rest into one compiled call and what is filled in Python."""
         layout, n = self.layout, self.robot.nv
         hierarchy = Hierarchy.view(layout, np.zeros(layout.size), norm)
-        bounds = box_of(hierarchy.buffer, n)
-        bounds[0], bounds[1] = -np.inf, np.inf
         parts = tuple(zip([*hard, *self.tasks], layout.blocks, strict=True))
         for part, block in parts:
             rows = _rows(hierarchy, block)
@@ -244,9 +360,7 @@ class Plan:
             part.prepare(rows)
         starts = accumulate((len(limit.owners) for limit in boxes), initial=1)
         owned = tuple(zip(boxes, starts, strict=False))
-        for limit, owner in owned:
-            if limit.constant:
-                limit.narrow(self.configuration, bounds, owner)
+        self._constant_bounds = [(limit.narrow, owner) for limit, owner in owned if limit.constant]
         varying: list[tuple[Part, int]] = [(part, block.start) for part, block in parts if not part.constant]
         varying += [(limit, owner) for limit, owner in owned if not limit.constant]
         compiled = compiled_tick(
@@ -255,6 +369,7 @@ class Plan:
             hierarchy,
         )
         self.fill, self.tick, self.hierarchy = compiled
+        self._write_base_box()
         self._bounds = box_of(self.hierarchy.buffer, n)
         in_python = [(part, block) for part, block in parts if part.kernel is None and not part.constant]
         self._fills = [(part.fill, _rows(self.hierarchy, block)) for part, block in in_python]
@@ -262,6 +377,11 @@ class Plan:
             (limit.narrow, owner) for limit, owner in owned if limit.kernel is None and not limit.constant
         ]
         self._aimed = [part for part, _ in parts if part.kernel is not None and not part.constant]
+        self._sort_targets()
+
+    def _sort_targets(self) -> None:
+        """Sort the parts whose targets a kernel reads into those that stand still and those that move."""
+        self._still = [part for part in self._aimed if part.fixed_target]
         self._moving = [part.aim for part in self._aimed if not part.fixed_target]
 
     def _is_flawed(self) -> bool:
@@ -362,11 +482,8 @@ def _tuple(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
 def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
     """Raise `InvalidValue` for a gain with which a task would not converge."""
     for task in tasks:
-        if task.gain.max() * dt >= 2.0:
-            raise InvalidValue(
-                f"gain {task.gain.max():g} 1/s of '{task.name}' is too large for dt = {dt:g} s: with "
-                "gain · dt ≥ 2 each step lands farther from the target; 1/dt reaches it in one"
-            )
+        task.dt = dt
+        task.each_gain(task.gain)
 
 
 def _layout(

@@ -1,9 +1,12 @@
 """A stack inside somebody's own control loop."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.hierarchy.resolution import Resolution
+from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
 from taskopt.loop.loop import Loop
@@ -64,7 +67,38 @@ class Controller:
         """
         self._loop.start(q, t)
 
-    def step(self, q: Array, t: float, v: Array | None = None) -> Resolution:
+    @property
+    def parameters(self) -> Mapping[str, Setting]:
+        """Present values of all parameters by address, such as "hand.weight"; see `set`."""
+        return self.plan.changes.read()
+
+    def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
+        """Change parameters of tasks and limits from the next step on; nothing is compiled again.
+
+        The memory of the last step is kept, so that the next one starts warm. Changes that are set together
+        are applied together. Another thread than that of the loop may call this.
+
+            <task>.weight     one number, or one for each row; 0 takes a row out
+            <task>.gain       K [1/s], likewise
+            <task>.target     a value to hold, or a `Target`, which begins at the present desired value
+            <task>.axes       rows in force, among those that were compiled
+            <task>.enabled    False takes the task out of its level
+            level <k>.enabled        the same for all tasks of the k-th level
+            joint_position.margin    and whatever else `parameters` lists
+
+        Args:
+            changes: New values by address, such as {"hand.weight": 0.1, "elbow.enabled": False}.
+            over: Time over which the change is blended [s]: weights by equal ratios, other numbers by equal
+                steps, targets on a `Line`, rows that come and go by the band of `During`, which keeps
+                velocities from jumping. 0: at once.
+
+        Raises:
+            UnknownName: There is no parameter of that address.
+            InvalidValue: A parameter does not take its value, or not over a time. Nothing is changed then.
+        """
+        self.plan.set(changes, over)
+
+    def step(self, q: Array, t: float, v: Array | None = None, dt: float | None = None) -> Resolution:
         """Resolve the stack at one posture and time.
 
         Args:
@@ -72,17 +106,21 @@ class Controller:
             t: Time [s].
             v: Velocity that the robot has, (nv,) [rad/s, m/s], where it is not the one commanded last.
                 Limits on acceleration start from it.
+            dt: Time until the next step [s], for this step and those after it; None: as before.
 
         Returns:
             The resolution; `resolution.v`, (nv,) [rad/s, m/s], is the velocity to command.
 
         Raises:
-            InvalidValue: q or v has the wrong size, or it or a target is not finite.
+            InvalidValue: q or v has the wrong size, or it or a target is not finite; or dt ≤ 0, or it is too
+                large for a gain.
             Infeasible: Hard limits contradict each other, and `on_conflict` is "raise".
             NotSolved: There is no answer that may be sent to a robot. The next step starts without memory.
         """
         if q.__class__ is not np.ndarray:
             q = self._robot.checked_q(q)
+        if dt is not None and dt != self.plan.dt:
+            self.plan.retime(dt)
         if v is not None:
             self.plan.moved(finite("v", v, (self._robot.nv,)))
         return self._tick(q, t)

@@ -6,14 +6,15 @@ from typing import cast
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.plan import Fill, problem_in
 from taskopt.kinematics.stack import Plan
 from taskopt.resolver.active_set.resolver import ActiveSet, resolution_of
-from taskopt.resolver.active_set.tick import new_history, tick, tick_fast
+from taskopt.resolver.active_set.tick import LazyTick, new_history, tick, tick_fast
 from taskopt.resolver.active_set.workspace import Outcome
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.fallback import ActiveSetWithFallback
@@ -41,6 +42,7 @@ class OneCall:
         self._width, self._size = plan.layout.width, plan.layout.answer_size
         self._history = new_history(plan.layout)
         self._arguments = *plan.tick, self._history
+        self._settings, self._apart = search.settings, LazyTick()
         fast, limit = (int(number) for number in search.settings)
         self._with_search = _fill_and_tick(plan.fill, tick, fast, limit)
         self._entry = _fill_and_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
@@ -61,7 +63,12 @@ class OneCall:
         plan = self._plan
         plan.aim(q, t)
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
-        code, rounds = self._entry(*self._arguments, state, answer)
+        if plan.gated:  # Python follows the kernels of the rows
+            problem = _problem(plan.filled(t))
+            outcome, count = self._apart(problem, self._settings, self._history, state, answer)
+            code, rounds = int(outcome), int(count)
+        else:
+            code, rounds = self._entry(*self._arguments, state, answer)
         if code == _SOLVED:
             return Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
@@ -89,6 +96,11 @@ class OneCall:
     def forget(self) -> None:
         """Let the next tick start without a warm start."""
         self._history[:] = 0
+
+
+def _problem(hierarchy: Hierarchy) -> tuple[Array, Array, IntArray, IntArray]:
+    """Return buffer, norm, offsets and columns of a hierarchy."""
+    return hierarchy.buffer, hierarchy.norm, hierarchy.layout.offsets, hierarchy.layout.columns
 
 
 def one_call(plan: Plan, resolver: Resolver) -> OneCall | None:

@@ -126,7 +126,9 @@ def _by_formula(
 def _refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
     """Raise `InvalidValue` if a level holds an inequality; the error names its row."""
     first = int(hierarchy.layout.offsets[1])
-    unequal = np.flatnonzero(hierarchy.lower[first:] != hierarchy.upper[first:])
+    lower, upper = hierarchy.lower[first:], hierarchy.upper[first:]
+    out_of_force = (lower == -np.inf) & (upper == np.inf)  # asks for nothing, and so is no inequality
+    unequal = np.flatnonzero((lower != upper) & ~out_of_force)
     if unequal.size:
         row = hierarchy.layout.row_names[first + int(unequal[0])]
         raise InvalidValue(

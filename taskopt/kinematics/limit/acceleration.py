@@ -29,6 +29,7 @@ from taskopt.errors import InvalidValue
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.limit.base import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.joint import each_velocity
+from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 
 _NUMBERS = 5  # numbers of each joint in the memory: v, d = a Δt, v_max, q_min, q_max
@@ -94,13 +95,43 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
         none = place < 0
         lower = np.where(none, -np.inf, robot.position_lower)
         upper = np.where(none, np.inf, robot.position_upper)
-        of_joint = np.column_stack([np.zeros(robot.nv), acceleration * dt, velocity, lower, upper])
+        self._robot, self._acceleration, self._velocity = robot, acceleration.copy(), velocity.copy()
+        of_joint = np.column_stack([np.zeros(robot.nv), acceleration, velocity, lower, upper])
         self.use(np.concatenate([[dt], of_joint.ravel()]))
+        self.retime(dt)
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         self.memory = memory
         self._joints = memory[1:].reshape(-1, _NUMBERS)
+
+    def retime(self, dt: float) -> None:
+        """Take another Δt [s]; see `Part.retime`."""
+        self.memory[0] = dt
+        self._write()
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return acceleration and velocity; see `Part.adjustable`."""
+        return {
+            "acceleration": Numbers(self._acceleration, self._each_acceleration, self._write),
+            "velocity": Numbers(self._velocity, self._each_velocity, self._write),
+        }
+
+    def _each_acceleration(self, value: ArrayLike | Mapping[str, float]) -> Array:
+        """Return an acceleration > 0 for each velocity."""
+        what = f"acceleration of '{self.name}'"
+        each = each_velocity(what, value, self._robot, self._acceleration)
+        if (each <= 0.0).any():
+            raise InvalidValue(f"{what} must be > 0, got {each.min():g}")
+        return each
+
+    def _each_velocity(self, value: ArrayLike | Mapping[str, float]) -> Array:
+        """Return a velocity ≥ 0 for each velocity."""
+        return each_velocity(f"velocity of '{self.name}'", value, self._robot, self._velocity)
+
+    def _write(self) -> None:
+        """Write the limits for the kernel."""
+        self._joints[:, 1], self._joints[:, 2] = self._acceleration * self.memory[0], self._velocity
 
     def moved(self, v: Array) -> None:
         """Take the velocity that the robot has until the next tick; see `RateLimit.moved`."""

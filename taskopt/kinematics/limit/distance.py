@@ -223,11 +223,20 @@ class BoundDistance(RowLimit, BoundLimit):
         self.margin, self.influence, self.gain = braking.margin, braking.influence, braking.gain
         self.dt = dt
         self.speeds = nominal_speeds(collision.robot)
-        travel, self.jump, self.bend = step_losses(collision, dt, self.influence)
-        self.reserve: Array = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (self.influence - self.margin))
-        self._known = np.array([travel, self.jump, self.bend, self.reserve])
+        losses = step_losses(collision, dt, self.influence)
+        self._known = np.array([*losses, np.zeros(len(losses[0]))])
+        _, self.jump, self.bend, self.reserve = self._known
+        self.reserve[:] = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (self.influence - self.margin))
         self._settings = np.array([self.margin, self.influence, self.gain, dt])
         self.share: Array = np.empty(collision.robot.nv)
+
+    def retime(self, dt: float) -> None:
+        """Take another Δt [s]; see `Part.retime`."""
+        # Travel and jump of a step are proportional to Δt, and bend to its square.
+        longer = dt / self.dt
+        self._known[:3] *= np.array([[longer], [longer], [longer * longer]])
+        self.dt = self._settings[3] = dt
+        self.reserve[:] = np.minimum(self.jump + 2.0 * self.bend, 0.5 * (self.influence - self.margin))
 
     def prepare(self, rows: LevelRows) -> None:
         """Open both sides; see `RowPart.prepare`."""

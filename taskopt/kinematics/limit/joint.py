@@ -10,10 +10,11 @@ from taskopt.errors import InvalidValue
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, Limit, narrow_one
+from taskopt.kinematics.parameter import Numbers, Parameter, one_number
 from taskopt.kinematics.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointPositionLimit(Limit):
     """Approach a joint limit no faster than a fraction κ of what is left per step.
 
@@ -25,10 +26,13 @@ class JointPositionLimit(Limit):
     Args:
         gain: κ in (0, 1]. At 1 a joint may reach its limit in one step; less lets it come closer
             geometrically, and brake earlier.
+        margin: How far inside q_min and q_max the joints are to stay [rad, m]: one number for all, one for
+            each velocity (nv,), or a mapping from joint to number. More keeps them farther from the limits.
         name: Name in explanations, logs and plots.
 
     Raises:
-        InvalidValue: `gain` is out of its range.
+        InvalidValue: `gain` is out of its range; or, when bound, a margin is negative, or leaves a joint no
+            range.
 
     Source:
         The velocity damper of Faverjon and Tournassoud (1987), IEEE International Conference on Robotics and
@@ -36,6 +40,7 @@ class JointPositionLimit(Limit):
     """
 
     gain: float = 1.0
+    margin: ArrayLike | Mapping[str, float] = 0.0
     name: str = "joint_position"
 
     def __post_init__(self) -> None:
@@ -44,7 +49,7 @@ class JointPositionLimit(Limit):
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointPosition":
         """Return the bounds for a robot; see `Limit.bind`."""
-        return BoundJointPosition(robot, self.name, self.gain / dt)
+        return BoundJointPosition(robot, self.name, self.gain, dt, self.margin)
 
 
 class BoundJointPosition(BoundLimit):
@@ -53,17 +58,72 @@ class BoundJointPosition(BoundLimit):
     Args:
         robot: The robot.
         name: Name of the limit.
-        rate: κ/Δt [1/s].
+        gain: κ.
+        dt: Δt [s].
+        margin: How far inside their limits the joints are to stay [rad, m], as `JointPositionLimit` takes it.
     """
 
-    def __init__(self, robot: Robot, name: str, rate: float) -> None:
+    def __init__(
+        self, robot: Robot, name: str, gain: float, dt: float, margin: ArrayLike | Mapping[str, float]
+    ) -> None:
         super().__init__(name)
+        self._robot, self._dt, self._gain = robot, dt, np.array([float(gain)])
         limited = np.isfinite(robot.position_lower) | np.isfinite(robot.position_upper)
         columns = np.flatnonzero(limited & (robot.position_index >= 0))
-        limits = np.column_stack([robot.position_lower[columns], robot.position_upper[columns]])
+        self._columns = columns
+        self._range = np.column_stack([robot.position_lower[columns], robot.position_upper[columns]])
+        self._inward = np.tile([1.0, -1.0], (columns.size, 1))
+        self._least_room = 0.5 * float((self._range[:, 1] - self._range[:, 0]).min(initial=np.inf))
+        self._margin = np.broadcast_to(self._each_margin(margin), (columns.size, 1)).copy()
         self.kernel = narrow_by_position
         self.parameters = np.column_stack([columns, robot.position_index[columns]]).ravel()
-        self.memory = np.concatenate([[rate], limits.ravel()])
+        self.use(np.empty(1 + 2 * columns.size))
+        self.retime(dt)
+        self._write_margin()
+
+    def use(self, memory: Array) -> None:
+        """Re-bind this part to a memory; see `Part.use`."""
+        self.memory, self._limits = memory, memory[1:].reshape(-1, 2)
+
+    def retime(self, dt: float) -> None:
+        """Take another Δt [s]; see `Part.retime`."""
+        self._dt = dt
+        self._write_gain()
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return gain and margin; see `Part.adjustable`."""
+        return {
+            "gain": Numbers(self._gain, self._one_gain, self._write_gain),
+            "margin": Numbers(self._margin, self._each_margin, self._write_margin),
+        }
+
+    def _one_gain(self, gain: ArrayLike) -> float:
+        """Return a gain that is in its range."""
+        return one_number(f"gain of '{self.name}'", gain, 0.0, 1.0)
+
+    def _each_margin(self, margin: ArrayLike | Mapping[str, float]) -> Array | float:
+        """Return a margin for each joint that has a limit, (k, 1), or one for all, that leaves it a range."""
+        robot = self._robot
+        if isinstance(margin, float) and 0.0 <= margin <= self._least_room:  # ten times as fast
+            return margin
+        each = each_velocity(f"margin of '{self.name}'", margin, robot, np.zeros(robot.nv))
+        room = 0.5 * (robot.position_upper - robot.position_lower)
+        for j in self._columns[~(each <= room)[self._columns]]:
+            unit = robot.coordinate_units[j]
+            raise InvalidValue(
+                f"margin {each[j]:g} {unit} of '{self.name}' leaves {robot.velocity_names[j]} no range; it "
+                f"must be ≤ {room[j]:g} {unit}"
+            )
+        return each[self._columns, None]
+
+    def _write_gain(self) -> None:
+        """Write κ/Δt for the kernel."""
+        self.memory[0] = self._gain[0] / self._dt
+
+    def _write_margin(self) -> None:
+        """Write the limits inside the margins for the kernel."""
+        np.multiply(self._inward, self._margin, out=self._limits)
+        self._limits += self._range
 
 
 @kernel_apart
@@ -114,7 +174,7 @@ class JointVelocityLimit(Limit):
             UnknownName: A mapping names a joint that the robot has not.
         """
         limits = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)
-        return BoundJointVelocity(self.name, self.scale * limits)
+        return BoundJointVelocity(self.name, self.scale, limits)
 
 
 def each_velocity(
@@ -153,21 +213,31 @@ def each_velocity(
 
 
 class BoundJointVelocity(BoundLimit):
-    """Bounds that never change.
+    """Bounds that do not depend on the posture.
 
     Args:
         name: Name of the limit.
-        limits: Largest speed of each velocity, (nv,) [rad/s, m/s].
+        scale: s.
+        limits: v_max of each velocity, (nv,) [rad/s, m/s].
     """
 
     constant = True
 
-    def __init__(self, name: str, limits: Array) -> None:
+    def __init__(self, name: str, scale: float, limits: Array) -> None:
         super().__init__(name)
-        self._limits = limits
+        self._scale, self._limits = np.array([float(scale)]), limits
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the scale; see `Part.adjustable`."""
+        return {"scale": Numbers(self._scale, self._one_scale)}
+
+    def _one_scale(self, scale: ArrayLike) -> float:
+        """Return a scale that is in its range."""
+        return one_number(f"scale of '{self.name}'", scale, 0.0)
 
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG002
         """Narrow the bounds in place; see `BoundLimit.narrow`."""
-        for row, limit, tighter in ((0, -self._limits, np.greater), (1, self._limits, np.less)):
+        limits = self._scale[0] * self._limits
+        for row, limit, tighter in ((0, -limits, np.greater), (1, limits, np.less)):
             binds = tighter(limit, bounds[row])
             bounds[row, binds], bounds[row + 2, binds] = limit[binds], owner

@@ -6,14 +6,15 @@ fills its rows in place on every tick. Own tasks derive from `Task` and `BoundTa
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, finite
+from taskopt.arrays import Array, ArrayLike, BoolArray, finite
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel
 from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.parameter import Numbers, Parameter, Setting
 from taskopt.kinematics.part import RowPart
 from taskopt.kinematics.robot import Robot
 
@@ -42,6 +43,7 @@ class BoundTask(RowPart):
         frame: Name of the frame that the task moves, where it has desired and actual poses, else None.
         desired: Pose (4, 4) that the frame should have, as of the last `fill`, or None.
         actual: Pose (4, 4) that the frame has, as of the last `fill`, or None.
+        dt: Time [s] from one tick to the next, as the plan says; a gain must stay below 2/Δt.
         box: Sides (2, 3) [m] of a box in the world to be drawn: lower, upper; or None.
         cone: Frame, unit axis in it (3,) and half angle [rad] of a cone to be drawn, or None.
     """
@@ -50,6 +52,7 @@ class BoundTask(RowPart):
     frame: str | None = None
     desired: Array | None = None
     actual: Array | None = None
+    dt: float = 0.0
     box: Array | None = None
     cone: Cone | None = None
 
@@ -73,6 +76,74 @@ class BoundTask(RowPart):
         Args:
             v: Velocity, (nv,) [rad/s, m/s].
         """
+
+    def each_weight(self, weight: ArrayLike) -> Array | float:
+        """Return a weight for each row of the plan, of what a user wrote while the stack runs.
+
+        Args:
+            weight: One number, or one for each row (m,).
+
+        Returns:
+            (m,) new array, or one float for all rows.
+
+        Raises:
+            InvalidValue: A weight is negative or not finite, or there is another number of them.
+        """
+        if isinstance(weight, float) and 0.0 < weight < np.inf:  # ten times as fast
+            return weight
+        return _each(f"weight of '{self.name}'", weight, len(self.row_names), ())
+
+    def each_gain(self, gain: ArrayLike) -> Array | float:
+        """Return a gain for each row of the plan, of what a user wrote while the stack runs.
+
+        Args:
+            gain: K [1/s], one number, or one for each row (m,).
+
+        Returns:
+            (m,) new array, or one float for all rows.
+
+        Raises:
+            InvalidValue: A gain is negative, not finite or too large for Δt, or there is another number of
+                them.
+        """
+        if isinstance(gain, float) and 0.0 <= gain < np.inf and gain * self.dt < 2.0:  # ten times as fast
+            return gain
+        each = _each(f"gain of '{self.name}'", gain, len(self.row_names), ())
+        if each.max() * self.dt >= 2.0:
+            raise InvalidValue(
+                f"gain {each.max():g} 1/s of '{self.name}' is too large for dt = {self.dt:g} s: with "
+                "gain · dt ≥ 2 each step lands farther from the target; 1/dt reaches it in one"
+            )
+        return each
+
+    def rows_of_axes(self, axes: Setting) -> BoolArray:
+        """Return which rows a choice of axes takes, of what a user wrote while the stack runs.
+
+        Args:
+            axes: Names of rows, or one truth value for each row.
+
+        Returns:
+            (m,) True where a row is chosen.
+
+        Raises:
+            InvalidValue: A name is not that of a row, or there is another number of truth values.
+        """
+        names = self.row_names
+        chosen = [axes] if isinstance(axes, str) else axes
+        if isinstance(chosen, Sequence) and all(name in names for name in chosen):
+            return np.array([name in chosen for name in names])
+        if isinstance(chosen, Sequence | np.ndarray) and len(chosen) == len(names):
+            mask = np.asarray(chosen)
+            if mask.dtype == np.bool_:
+                return mask.copy()
+        raise InvalidValue(
+            f"axes of '{self.name}' must be some of {', '.join(names)}, which were compiled, or "
+            f"{len(names)} truth values, got {axes!r}"
+        )
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the gain; see `Part.adjustable`. The plan adds "weight", "axes" and "enabled"."""
+        return {"gain": Numbers(self.gain, self.each_gain)}
 
 
 class Task:

@@ -12,7 +12,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
+from taskopt.kinematics.task.aimed import AimedTask
+from taskopt.kinematics.task.base import Task, gains, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ class CentreOfMassTask(Task):
         return bound
 
 
-class BoundCentreOfMass(BoundTask):
+class BoundCentreOfMass(AimedTask):
     """The rows of one robot; `desired` and `actual` are poses whose rotation is the identity.
 
     Args:
@@ -78,7 +79,6 @@ class BoundCentreOfMass(BoundTask):
     def __init__(self, robot: Robot, name: str, rows: IntArray, gain: Array, weight: Array) -> None:
         super().__init__(name, [ROW_NAMES[i] for i in rows], [ROW_UNITS[i] for i in rows], gain, weight)
         self._rows, self.kernel = rows, centre_of_mass_rows
-        self._space = PoseSpace(f"target of '{name}'")
         parents, bodies = robot.carried()
         head = [len(rows), len(parents)]
         self.parameters = np.concatenate([head, rows, parents, robot.column_joint]).astype(np.int64)
@@ -93,12 +93,12 @@ class BoundCentreOfMass(BoundTask):
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.
         """
-        self._target, self.fixed_target = target, isinstance(target, Hold)
+        self.take_target(target, PoseSpace(f"target of '{self.name}'"))
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         m, self.memory, self._table = len(self._rows), memory, memory.reshape(-1, 6)
-        self.desired = self._pose = self._table[_TARGET : _TARGET + 4, :4]
+        self.desired = self.goal = self._table[_TARGET : _TARGET + 4, :4]
         self.actual = self._table[_ACTUAL : _ACTUAL + 4, :4]
         self.gain, self.error = self._table[_GAIN, :m], self._table[_ERROR, :m]
         self._twist, self._moving = self._table[_TWIST], self._table[_MOVING]  # kept: a view costs 0.2 µs
@@ -107,11 +107,11 @@ class BoundCentreOfMass(BoundTask):
         """Anchor the target at the present centre of mass; see `RowPart.start`."""
         pose = np.eye(4)
         pose[:3, 3] = configuration.centre_of_mass()[0]
-        self._course = self._target.start(self._space, pose, t)
+        self.begin(pose, t)
 
     def aim(self, t: float) -> None:
         """Write the target point at t [s], and its rate where it has one."""
-        self._moving[0] = self._course(t, self._pose, self._twist)
+        self._moving[0] = self._course(t, self.goal, self._twist)
 
 
 # Rows of the table (rows, 6): two poses, then three numbers each; for each joint the mass of its body and the

@@ -1,11 +1,13 @@
 """Standing still as a task, and the base of tasks that ask for a joint velocity outright."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from taskopt.arrays import ArrayLike
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.kinematics.parameter import Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
 
@@ -59,6 +61,10 @@ class BoundVelocity(BoundTask):
         names = [robot.velocity_names[c] for c in columns]
         units = rate_units(robot.coordinate_units[c] for c in columns)
         super().__init__(name, names, units, 0.0, every[columns], columns.tolist())  # no error dies out here
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return no gain, since no error dies out here; see `Part.adjustable`."""
+        return {}
 
     def prepare(self, rows: LevelRows) -> None:
         """Write the unit vectors; the bounds stay zero. See `RowPart.prepare`."""

@@ -1,19 +1,21 @@
 """Tasks of one frame of the robot: its pose, its position, its orientation."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, IntArray
+from taskopt.arrays import Array, ArrayLike, BoolArray, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Numbers, Parameter, Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
 from taskopt.kinematics.task import frame_kernel as k
-from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
+from taskopt.kinematics.task.aimed import AimedTask
+from taskopt.kinematics.task.base import Task, gains, weights
 
 Expressed = Literal["own", "world"]
 _LETTERS = "xyzrpy"
@@ -187,7 +189,7 @@ class OrientationTask(_OfFrame):
         return f"{self.frame} orientation"
 
 
-class BoundFrame(BoundTask):
+class BoundFrame(AimedTask):
     """Any of the three tasks for one robot; its kernel reads `parameters` and `memory` (`frame_kernel`).
 
     Args:
@@ -203,7 +205,7 @@ class BoundFrame(BoundTask):
         super().__init__(name, names, units, gain, weight)
         self.frame = self._frame = frame
         self._rows, self.kernel = rows, k.frame_rows
-        self._space = PoseSpace(f"target of '{name}'", angular=rows[0] >= 3)
+        self._masks: dict[str, BoolArray] = {}
 
     def attach(self, robot: Robot, target: Target, mode: int) -> None:
         """Prepare parameters and memory of the kernel.
@@ -213,7 +215,7 @@ class BoundFrame(BoundTask):
             target: Target, in the terms of `taskopt.kinematics.target`.
             mode: Which error the kernel takes: `OWN`, `WORLD` or `POSITION` of `frame_kernel`.
         """
-        self._target, self.fixed_target = target, isinstance(target, Hold)
+        self.take_target(target, PoseSpace(f"target of '{self.name}'", angular=self._rows[0] >= 3))
         head = [mode, robot.frame_joint(self._frame), len(self._rows)]
         self.parameters = np.concatenate([head, self._rows, robot.support(self._frame)]).astype(np.int64)
         self.use(np.zeros(k.MEMORY_SHAPE).ravel())
@@ -222,17 +224,55 @@ class BoundFrame(BoundTask):
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         self.memory, self._table = memory, memory.reshape(k.MEMORY_SHAPE)
-        self.desired = self._pose = self._table[k.TARGET : k.TARGET + 4, :4]
+        self.desired = self.goal = self._table[k.TARGET : k.TARGET + 4, :4]
         self.actual = self._table[k.ACTUAL : k.ACTUAL + 4, :4]
         self.error = self._table[k.ERROR, : len(self._rows)]
+        first, last = self._rows[0], self._rows[-1]
+        if last - first + 1 == len(self._rows):  # a view, so that a new gain needs no copy
+            gain, self.gain = self.gain, self._table[k.GAIN, first : last + 1]
+            self.gain[:] = gain
         self._twist, self._moving = self._table[k.TWIST], self._table[k.MOVING]  # kept: a view costs 0.2 µs
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present pose of the frame; see `RowPart.start`."""
         placement = configuration.frame(self._frame).placement
         self._table[k.PLACEMENT : k.PLACEMENT + 4, :4] = placement
-        self._course = self._target.start(self._space, configuration.pose(self._frame), t)
+        self.begin(configuration.pose(self._frame), t)
 
     def aim(self, t: float) -> None:
         """Write the target pose at t [s], and its rate where it has one."""
-        self._moving[0] = self._course(t, self._pose, self._twist)
+        self._moving[0] = self._course(t, self.goal, self._twist)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return gain and target; see `Part.adjustable`."""
+        is_view = np.shares_memory(self.gain, self._table)
+        return {
+            **super().adjustable(),
+            "gain": Numbers(self.gain, self.each_gain, None if is_view else self._write_gain),
+        }
+
+    def each_weight(self, weight: ArrayLike) -> Array | float:
+        """Return a weight for each row; a pair is one for position and one for orientation."""
+        if isinstance(weight, float):
+            return super().each_weight(weight)
+        pair = np.size(weight) == 2 and len(self._rows) != 2
+        return super().each_weight(np.repeat(weight, 3)[self._rows] if pair else weight)
+
+    def rows_of_axes(self, axes: Setting) -> BoolArray:
+        """Return which rows a choice of axes takes: letters as in the declaration, or names of rows."""
+        if not isinstance(axes, str) or axes in self.row_names[3:]:
+            return super().rows_of_axes(axes)
+        if axes in self._masks:
+            return self._masks[axes]
+        wanted = chosen_rows(axes, _LETTERS)
+        missing = [ROW_NAMES[i] for i in wanted if i not in self._rows]
+        if missing:
+            raise InvalidValue(
+                f"axes of '{self.name}' can be chosen among {', '.join(self.row_names)}, as compiled, "
+                f"got {', '.join(missing)}, too; declare the task with them, and take them out by axes"
+            )
+        return self._masks.setdefault(axes, np.isin(self._rows, wanted))
+
+    def _write_gain(self) -> None:
+        """Hand the gains on to the kernel."""
+        self._table[k.GAIN, self._rows] = self.gain

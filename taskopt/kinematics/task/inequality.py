@@ -21,6 +21,7 @@ from taskopt.kinematics.configuration import Configuration, frame_jacobian_into,
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value
 from taskopt.kinematics.target import Target, as_target
+from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 
 
@@ -169,7 +170,7 @@ class BoundBox(BoundTask):
         self.error[:] = np.clip(self.value, self._sides[0], self._sides[1]) - self.value
 
 
-class BoundGaze(BoundTask):
+class BoundGaze(AimedTask):
     """The one row of a line of sight.
 
     Args:
@@ -188,9 +189,8 @@ class BoundGaze(BoundTask):
         self._axis = axis / np.linalg.norm(axis)
         self.cone = task.frame, self._axis, self._half_angle
         self.value = np.zeros(1)
-        self._target = as_target(task.target)
-        self._space = PoseSpace(f"target of '{name}'")
-        self._point, self._twist = np.empty((4, 4)), np.zeros(6)
+        self.take_target(as_target(task.target), PoseSpace(f"target of '{name}'"))
+        self.goal, self._twist = np.empty((4, 4)), np.zeros(6)
         self._pose, self._jacobian = np.empty((4, 4)), np.empty((6, robot.nv))
 
     def prepare(self, rows: LevelRows) -> None:
@@ -199,14 +199,14 @@ class BoundGaze(BoundTask):
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present pose of the frame; see `RowPart.start`."""
-        self._course = self._target.start(self._space, configuration.pose(self._moved), t)
+        self.begin(configuration.pose(self._moved), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the row; see `RowPart.fill`."""
-        if not self._course(t, self._point, self._twist):
+        if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
         _frame_into(configuration, self._moved, self._pose, self._jacobian)
-        angle, rate = gaze_into(self._pose, self._jacobian, self._axis, self._point, self._twist, rows.A[0])
+        angle, rate = gaze_into(self._pose, self._jacobian, self._axis, self.goal, self._twist, rows.A[0])
         self.value[0] = angle
         rows.upper[0] = self.gain[0] * (self._half_angle - angle) - rate
         self.error[0] = min(self._half_angle - angle, 0.0)

@@ -13,7 +13,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, Value, coordinate_table
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
+from taskopt.kinematics.task.aimed import AimedTask
+from taskopt.kinematics.task.base import Task, gains, rate_units, task_rate, weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ def one_dof_joints(robot: Robot) -> tuple[str, ...]:
     return tuple(joint for joint, span in spans.items() if span.stop - span.start == 1)
 
 
-class BoundJoints(BoundTask):
+class BoundJoints(AimedTask):
     """Joints with one degree of freedom: the rows are unit vectors, and only b changes.
 
     Args:
@@ -123,12 +124,12 @@ class BoundJoints(BoundTask):
             target: Target, in the terms of `taskopt.kinematics.target`.
             space: The joints that it speaks of.
         """
-        self._target, self._space, self.fixed_target = target, space, isinstance(target, Hold)
+        self.take_target(target, space)
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         self.memory = memory
-        _, self.posture, self._rate, self.gain, self.error = np.split(memory, self._parts)
+        _, self.goal, self._rate, self.gain, self.error = np.split(memory, self._parts)
 
     def prepare(self, rows: LevelRows) -> None:
         """Write the unit vectors; see `RowPart.prepare`."""
@@ -136,11 +137,11 @@ class BoundJoints(BoundTask):
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present posture; see `RowPart.start`."""
-        self._course = self._target.start(self._space, configuration.q, t)
+        self.begin(configuration.q, t)
 
     def aim(self, t: float) -> None:
         """Write the target posture at t [s], and its rate where it has one."""
-        self.memory[0] = self._course(t, self.posture, self._rate)
+        self.memory[0] = self._course(t, self.goal, self._rate)
 
 
 class BoundPosture(BoundJoints):
@@ -165,8 +166,8 @@ class BoundPosture(BoundJoints):
         """Write the rows; see `RowPart.fill`."""
         self.aim(t)
         q = configuration.q
-        from_q, from_target = self._robot.difference_rates(q, self.posture)
-        self.error[:] = self._robot.difference(q, self.posture)[self._columns]
+        from_q, from_target = self._robot.difference_rates(q, self.goal)
+        self.error[:] = self._robot.difference(q, self.goal)[self._columns]
         rows.A[:] = -from_q[self._columns]
         feedforward = from_target[self._columns] @ self._rate if self.memory[0] else np.zeros_like(self.error)
         rows.lower[:] = task_rate(feedforward, self.gain, self.error)

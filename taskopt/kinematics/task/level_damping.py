@@ -1,5 +1,6 @@
 """Damped least squares (3.59) as rows of a level, with k² from a policy for each singular direction."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +11,7 @@ from taskopt.hierarchy.damping import CONSTANT, Damping
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import RULE, equality_levels, inverse_root, root_of, row_scale
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task
 
@@ -71,6 +73,10 @@ class BoundLevelDamping(BoundTask):
         self._damping, self._most = damping, most
         self._rank: int | None = None
         self._size(name, most)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return no gain, since no error dies out here; see `Part.adjustable`."""
+        return {}
 
     def fit(self, rows: int) -> None:
         """Set the number of rows to the largest rank that the level can have.

@@ -1,16 +1,17 @@
 """Tasks that take an objective w(q): climb it, or keep it above a value."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import ArrayLike, finite
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape
 from taskopt.kinematics.objective import Objective
+from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, task_rate, weights
 from taskopt.kinematics.task.damping import BoundVelocity
@@ -73,6 +74,14 @@ class BoundGradient(BoundVelocity):
         super().__init__(robot, name, task.weight)
         self._objective, self._k0 = task.objective, np.full(self.weight.size, float(task.gain))
         self._no_feedforward = np.zeros_like(self.weight)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the gain k₀; see `Part.adjustable`."""
+        return {"gain": Numbers(self._k0, self._each_k0)}
+
+    def _each_k0(self, gain: ArrayLike) -> Array:
+        """Return k₀ for each row, of one number of any sign."""
+        return np.full_like(self._k0, finite(f"gain of '{self.name}'", gain, ()))
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
         """Evaluate the gradient at the start, so that a wrong one is found before the first tick.

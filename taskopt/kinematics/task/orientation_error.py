@@ -22,7 +22,8 @@ from taskopt.kinematics.orientation.quaternion import quaternion_error
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
+from taskopt.kinematics.task.aimed import AimedTask
+from taskopt.kinematics.task.base import Task, gains, weights
 
 STEEP = float(np.cos(np.radians(80.0)))
 """Cosine of the error angle below which `AngleAxisTask` leaves (3.89), which asks for a speed of K tan ϑ."""
@@ -174,7 +175,7 @@ class QuaternionTask(_OfOrientation):
         return _quaternion_rows
 
 
-class BoundOrientation(BoundTask):
+class BoundOrientation(AimedTask):
     """The three rows of any of these tasks for one robot.
 
     Args:
@@ -186,22 +187,22 @@ class BoundOrientation(BoundTask):
     def __init__(self, name: str, task: _OfOrientation, rows_of: _Error) -> None:
         super().__init__(name, ROW_NAMES[_ANGULAR], ROW_UNITS[_ANGULAR], task.gain, task.weight)
         self.frame, self._frame = task.frame, task.frame
-        self._target, self._rows_of = as_target(task.target), rows_of
-        self._space = PoseSpace(f"target of '{name}'", angular=True)
-        self.desired: Array = np.eye(4)
+        self._rows_of = rows_of
+        self.take_target(as_target(task.target), PoseSpace(f"target of '{name}'", angular=True))
+        self.desired = self.goal = np.eye(4)
         self.actual: Array = np.eye(4)
         self._twist = np.zeros(6)
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present orientation; see `RowPart.start`."""
-        self._course = self._target.start(self._space, configuration.pose(self._frame), t)
+        self.begin(configuration.pose(self._frame), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
-        moving = self._course(t, self.desired, self._twist)
+        moving = self._course(t, self.goal, self._twist)
         self.actual[...] = configuration.pose(self._frame)
         omega = self._twist[_ANGULAR] if moving else np.zeros(3)
-        found = self._rows_of(self.actual[:3, :3], self.desired[:3, :3], omega)
+        found = self._rows_of(self.actual[:3, :3], self.goal[:3, :3], omega)
         self.error[:] = found.error
         rows.A[...] = found.rate @ configuration.jacobian(self._frame)[_ANGULAR]
         rows.lower[:] = rows.upper[:] = found.demand @ (found.feedforward + self.gain * found.error)

@@ -19,18 +19,19 @@ Source:
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, finite, number, positive
+from taskopt.arrays import Array, ArrayLike, BoolArray, finite, number, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import BAND_CLOSED
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.parameter import Parameter, Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task
 from taskopt.kinematics.task.level_damping import LevelDamping
@@ -142,6 +143,18 @@ class BoundDuring(BoundTask):
         """Write what never changes in the rows of the task; see `RowPart.prepare`."""
         self._inner.prepare(rows)
 
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the parameters of the task; see `Part.adjustable`."""
+        return self._inner.adjustable()
+
+    def each_weight(self, weight: ArrayLike) -> Array | float:
+        """Return a weight for each row, as the task takes it; see `BoundTask.each_weight`."""
+        return self._inner.each_weight(weight)
+
+    def rows_of_axes(self, axes: Setting) -> BoolArray:
+        """Return which rows a choice of axes takes; see `BoundTask.rows_of_axes`."""
+        return self._inner.rows_of_axes(axes)
+
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target of the task; see `RowPart.start`."""
         self._inner.start(configuration, t)
@@ -160,17 +173,42 @@ class BoundDuring(BoundTask):
         if u >= 1.0:
             rows.lower[:], rows.upper[:] = -np.inf, np.inf
         elif u > BAND_CLOSED:
-            band = self._reach_at(t, rows) / _SHARE * math.expm1(_KAPPA * u)
-            rows.lower[:] -= band
-            rows.upper[:] += band
+            width = band(u, self._reach_at(t, rows))
+            rows.lower[:] -= width
+            rows.upper[:] += width
 
     def _reach_at(self, t: float, rows: LevelRows) -> float:
         """Return the reach of a transition, the same from its first tick to its last."""
         comes = t < self.declared.begin + self.declared.blend
         if comes not in self._reach:
-            asked = max(float(np.abs(b[np.isfinite(b)]).max(initial=0.0)) for b in (rows.lower, rows.upper))
-            self._reach[comes] = self.declared.reach or max(_LEAST_REACH, 2.0 * asked)
+            self._reach[comes] = self.declared.reach or reach_of(rows)
         return self._reach[comes]
+
+
+def band(openness: float | Array, reach: float) -> Array:
+    """Return how far the bounds stand from what a task asks for, β(u).
+
+    Args:
+        openness: u in [0, 1], any shape.
+        reach: β(1) [m/s, rad/s].
+
+    Returns:
+        β of each u [m/s, rad/s].
+    """
+    return np.asarray(reach / _SHARE * np.expm1(_KAPPA * np.asarray(openness)))
+
+
+def reach_of(rows: LevelRows) -> float:
+    """Return the default width of the band: twice what the rows ask for, and at least 10.
+
+    Args:
+        rows: Rows of a task, filled.
+
+    Returns:
+        β(1) [m/s, rad/s].
+    """
+    asked = max(float(np.abs(b[np.isfinite(b)]).max(initial=0.0)) for b in (rows.lower, rows.upper))
+    return max(_LEAST_REACH, 2.0 * asked)
 
 
 class Transition(NamedTuple):

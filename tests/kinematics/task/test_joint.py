@@ -66,7 +66,7 @@ def test_a_posture_may_be_whole_or_by_joint_or_a_mapping():
     whole = at.q.copy()
     whole[[1, 3]] = 0.1, -1.0
     targets = [
-        bound(JointTask(value, joints=joints), at)[0].posture
+        bound(JointTask(value, joints=joints), at)[0].goal
         for value in (whole, [0.1, -1.0], {"panda_joint4": -1.0, "panda_joint2": 0.1})
     ]
     for target in targets:

@@ -1,0 +1,73 @@
+"""Changes of parameters: set at any time, from any thread, and applied at the beginning of the next tick.
+
+Changes that are set together are applied together. A change may be blended over a time; the ramps that carry
+it on run at the beginning of each tick.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+
+from taskopt.arrays import positive
+from taskopt.errors import UnknownName
+from taskopt.kinematics.parameter import Parameter, Ramp, Setting
+
+
+class Changes:
+    """The parameters of a plan by address, and the changes that wait for its next tick.
+
+    Args:
+        parameters: All parameters, by address, such as "hand.weight".
+
+    Attributes:
+        waiting: True if `apply` has something to do.
+    """
+
+    def __init__(self, parameters: Mapping[str, Parameter]) -> None:
+        self.parameters = dict(parameters)
+        self._queue: deque[list[tuple[str, Parameter, Setting, float]]] = deque()
+        self._ramps: dict[str, Ramp] = {}
+        self.waiting = False
+
+    def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
+        """Check changes, and let the next tick apply them together.
+
+        Args:
+            changes: New values, by address.
+            over: Time over which they are blended [s]; 0 for at once.
+
+        Raises:
+            UnknownName: There is no parameter of that address.
+            InvalidValue: A parameter does not take its value, or `over` is negative. Nothing is changed then.
+        """
+        if over != 0.0:
+            positive("over", over)
+        checked = []
+        for name, value in changes.items():
+            parameter = self.parameters.get(name)
+            if parameter is None:
+                raise UnknownName("parameter", name, self.parameters)
+            checked.append((name, parameter, parameter.checked(value, over), over))
+        self._queue.append(checked)
+        self.waiting = True
+
+    def apply(self, t: float) -> None:
+        """Apply what waits, and carry on what is blended.
+
+        Args:
+            t: Time of the tick [s].
+        """
+        if self._ramps:
+            self._ramps = {name: ramp for name, ramp in self._ramps.items() if not ramp(t)}
+        self.waiting = bool(self._ramps)  # before the queue is emptied, so that a change set now is not lost
+        while self._queue:
+            for name, parameter, value, over in self._queue.popleft():
+                if self._ramps:
+                    self._ramps.pop(name, None)
+                ramp = parameter.change(value, t, over)
+                if ramp is not None:
+                    self._ramps[name] = ramp
+                    self.waiting = True
+
+    def read(self) -> dict[str, Setting]:
+        """Return the present values by address; changes that wait are not among them."""
+        return {name: parameter.read() for name, parameter in self.parameters.items()}

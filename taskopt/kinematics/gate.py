@@ -1,0 +1,213 @@
+"""A gate lets rows of a task in and out while a stack runs, with a jump or without one.
+
+Rows that are out have the bounds −∞ and ∞, and so change nothing at any level. Between in and out the bounds
+open by the band of `taskopt.kinematics.task.transition`, where it is shown that velocities do not jump then.
+"""
+
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+
+from taskopt.arrays import Array, BoolArray
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.kinematics.parameter import Numbers, Ramp, Setting
+from taskopt.kinematics.task.base import BoundTask
+from taskopt.kinematics.task.transition import band, reach_of
+
+
+class Gate:
+    """The gate of one task of a plan. A row is in force if task, axis and weight let it.
+
+    Args:
+        rows: The rows of the task in the hierarchy of the plan, as views.
+        constant: True if the rows are written once only, so that the gate must restore them.
+
+    Attributes:
+        enabled: True if the task is in force, or on its way in.
+        chosen: Rows that the choice of axes lets in, (m,).
+        weighted: Rows whose weight is greater than 0, (m,).
+        stirred: True since the last `change`, until the plan has seen it.
+    """
+
+    def __init__(self, rows: LevelRows, *, constant: bool) -> None:
+        m = len(rows.lower)
+        self._rows = rows
+        self._kept = (rows.lower.copy(), rows.upper.copy()) if constant else None
+        self.enabled = True
+        self.chosen: BoolArray = np.ones(m, dtype=bool)
+        self.weighted: BoolArray = np.ones(m, dtype=bool)
+        self._wanted = self.chosen & self.weighted
+        self._from, self._begin, self._blend = np.zeros(m), 0.0, 0.0
+        self._reach: float | None = None
+        self.stirred = False
+
+    def change(
+        self,
+        t: float,
+        over: float,
+        *,
+        enabled: bool | None = None,
+        chosen: BoolArray | None = None,
+        weighted: BoolArray | None = None,
+    ) -> None:
+        """Begin to let rows in or out.
+
+        Args:
+            t: Time [s].
+            over: How long the whole way in or out takes [s]; 0 for at once.
+            enabled: New value of the attribute; None leaves it as it is.
+            chosen: Likewise.
+            weighted: Likewise.
+        """
+        if over > 0.0:
+            self._from = self.openness(t)
+        self.enabled = self.enabled if enabled is None else enabled
+        self.chosen = self.chosen if chosen is None else chosen
+        self.weighted = self.weighted if weighted is None else weighted
+        self._wanted = self.chosen & self.weighted & self.enabled
+        self._begin, self._blend, self._reach, self.stirred = t, over, None, True
+
+    def openness(self, t: float) -> Array:
+        """Return how far the bounds of each row are open.
+
+        Args:
+            t: Time [s].
+
+        Returns:
+            (m,): 0 where a row is fully in force, 1 where it is out.
+        """
+        if self._blend <= 0.0:
+            return np.where(self._wanted, 0.0, 1.0)
+        way = max((t - self._begin) / self._blend, 0.0)
+        return np.clip(np.where(self._wanted, self._from - way, self._from + way), 0.0, 1.0)
+
+    def is_idle(self, t: float) -> bool:
+        """Return True if nothing needs to be done.
+
+        Args:
+            t: Time [s].
+
+        Returns:
+            True if all rows are in force.
+        """
+        return not self.openness(t).any()
+
+    def apply(self, t: float) -> None:
+        """Open the bounds of rows that are out or on their way, after the task has filled them.
+
+        Args:
+            t: Time [s].
+        """
+        rows, u = self._rows, self.openness(t)
+        if self._kept is not None:
+            rows.lower[:], rows.upper[:] = self._kept
+        moving, out = (u > 0.0) & (u < 1.0), u >= 1.0
+        if moving.any():
+            if self._reach is None:
+                self._reach = reach_of(rows)
+            width = band(u[moving], self._reach)
+            rows.lower[moving] -= width
+            rows.upper[moving] += width
+        rows.lower[out], rows.upper[out] = -np.inf, np.inf
+
+
+class Enabled:
+    """The parameter "enabled" of one task, or of all tasks of a level.
+
+    Args:
+        name: Name of the parameter, for messages.
+        gates: The gates that it moves.
+    """
+
+    def __init__(self, name: str, gates: Sequence[Gate]) -> None:
+        self._name, self._gates = name, tuple(gates)
+
+    def checked(self, value: Setting, over: float) -> bool:  # noqa: ARG002 (protocol)
+        """Return the truth value; see `Parameter.checked`.
+
+        Raises:
+            InvalidValue: It is neither True nor False.
+        """
+        if value not in (True, False):
+            raise InvalidValue(f"{self._name} must be True or False, got {value!r}")
+        return bool(value)
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Begin to let the tasks in or out; see `Parameter.change`."""
+        for gate in self._gates:
+            gate.change(t, over, enabled=bool(value))
+        return None
+
+    def read(self) -> bool:
+        """Return True if a task of them is in force, or on its way in."""
+        return any(gate.enabled for gate in self._gates)
+
+
+class Axes:
+    """The parameter "axes": which of the rows that were compiled are in force.
+
+    Args:
+        task: The task, which knows the names of its rows.
+        gate: Its gate.
+    """
+
+    def __init__(self, task: BoundTask, gate: Gate) -> None:
+        self._task, self._gate = task, gate
+
+    def checked(self, value: Setting, over: float) -> BoolArray:  # noqa: ARG002 (protocol)
+        """Return the rows that are chosen, (m,); see `Parameter.checked`.
+
+        Raises:
+            InvalidValue: A row is chosen that was not compiled.
+        """
+        return self._task.rows_of_axes(value)
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Begin to let the rows in or out; see `Parameter.change`."""
+        assert isinstance(value, np.ndarray), "the value is what `checked` returned"
+        self._gate.change(t, over, chosen=value)
+        return None
+
+    def read(self) -> tuple[str, ...]:
+        """Return the names of the rows that are chosen."""
+        names = self._task.row_names
+        return tuple(name for name, chosen in zip(names, self._gate.chosen, strict=True) if chosen)
+
+
+class Weight:
+    """The parameter "weight" of a task; rows with weight 0 are out.
+
+    Args:
+        task: The task, whose weights are those of its rows in the hierarchy.
+        gate: Its gate.
+    """
+
+    def __init__(self, task: BoundTask, gate: Gate) -> None:
+        self._task, self._gate = task, gate
+        self._numbers = Numbers(task.weight, task.each_weight, geometric=True)
+        self._none_is_zero = True
+
+    def checked(self, value: Setting, over: float) -> Array | float:
+        """Return the weight of each row, (m,), or of all; see `Parameter.checked`.
+
+        Raises:
+            InvalidValue: A weight is negative or not finite, or there is another number of them.
+        """
+        return self._numbers.checked(value, over)
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Write the weights, or begin to; see `Parameter.change`."""
+        if isinstance(value, float) and value > 0.0 and self._none_is_zero:
+            return self._numbers.change(value, t, over)
+        each = np.broadcast_to(cast("Array", value), self._task.weight.shape)
+        positive = each > 0.0
+        self._none_is_zero = bool(positive.all())
+        self._gate.change(t, over, weighted=positive)
+        return self._numbers.change(np.where(positive, each, self._task.weight), t, over)
+
+    def read(self) -> Array | float:
+        """Return a copy of the weights, or one float where all are equal."""
+        present = np.where(self._gate.weighted, self._task.weight, 0.0)
+        return float(present[0]) if bool((present == present[0]).all()) else present

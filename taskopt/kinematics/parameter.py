@@ -1,0 +1,175 @@
+"""Parameters: what of a task or a limit may change while a stack runs, without compiling it again.
+
+A part offers its parameters by the method `adjustable`. A plan joins the name of the part and that of the
+attribute, as in "hand.weight", and applies changes at the beginning of a tick (`taskopt.kinematics.changes`).
+"""
+
+from collections.abc import Callable
+from typing import Protocol, cast
+
+import numpy as np
+from typing_extensions import TypeAliasType
+
+from taskopt.arrays import Array, ArrayLike, finite
+from taskopt.errors import InvalidValue
+
+Setting = TypeAliasType("Setting", object)
+"""A value of a parameter; each parameter says which ones it takes."""
+
+Ramp = Callable[[float], bool]
+"""`ramp(t)` carries a change on at the time t [s], and returns True when it is done."""
+
+
+class Parameter(Protocol):
+    """One value of a task or a limit that may change while a stack runs."""
+
+    def checked(self, value: Setting, over: float) -> Setting:
+        """Check a value where it is set, so that the error points at the line that sets it.
+
+        Args:
+            value: What the user wrote.
+            over: Time over which the change is to be blended [s]; 0 for at once.
+
+        Returns:
+            The value in the form that `change` takes, with no reference to the user's arrays.
+
+        Raises:
+            InvalidValue: The parameter does not take the value, or not over a time.
+        """
+        ...
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Write a checked value at the beginning of a tick.
+
+        Args:
+            value: The value, as `checked` returned it.
+            t: Time of the tick [s].
+            over: Time over which the change is blended [s].
+
+        Returns:
+            The ramp that carries the change on in later ticks, or None if it is done.
+        """
+        ...
+
+    def read(self) -> Setting:
+        """Return the present value, as a copy."""
+        ...
+
+
+class Numbers:
+    """A parameter that is one number, or one number for each row, joint or pair.
+
+    Args:
+        array: The present numbers, overwritten by each change; a single number has the shape (1,).
+        each: Turns what the user wrote into one number for each, or into one float for all, and raises
+            `InvalidValue`.
+        written: Called after each change, or None where `array` itself is what a tick reads.
+        geometric: Blend by equal ratios, which suits weights, in place of equal steps.
+    """
+
+    def __init__(
+        self,
+        array: Array,
+        each: Callable[[ArrayLike], Array | float],
+        written: Callable[[], None] | None = None,
+        *,
+        geometric: bool = False,
+    ) -> None:
+        self._array, self._each, self._written, self._geometric = array, each, written, geometric
+
+    def checked(self, value: Setting, over: float) -> Array | float:  # noqa: ARG002 (protocol)
+        """Return one number for each, or one float for all; see `Parameter.checked`.
+
+        Raises:
+            InvalidValue: A number is out of its range, or there is another number of them.
+        """
+        return self._each(value)  # type: ignore[arg-type]
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Write the numbers, or begin to; see `Parameter.change`."""
+        if over <= 0.0:
+            self._write(cast("Array | float", value))
+            return None
+        begin, end = self._array.copy(), np.broadcast_to(cast("Array", value), self._array.shape)
+        geometric = self._geometric and bool((begin > 0.0).all() and (end > 0.0).all())
+
+        def ramp(now: float) -> bool:
+            s = min(max((now - t) / over, 0.0), 1.0)
+            if s < 1.0:
+                self._write(begin * (end / begin) ** s if geometric else begin + s * (end - begin))
+            else:
+                self._write(end)
+            return s >= 1.0
+
+        ramp(t)
+        return ramp
+
+    def read(self) -> Array | float:
+        """Return a copy of the numbers, or one float where all are equal."""
+        first = float(self._array.flat[0])
+        return first if bool((self._array == first).all()) else self._array.copy()
+
+    def _write(self, value: Array | float) -> None:
+        """Write the numbers, and tell the part."""
+        if isinstance(value, float):  # four times as fast
+            self._array.fill(value)
+        else:
+            self._array[...] = value
+        if self._written is not None:
+            self._written()
+
+
+class Followed:
+    """Another parameter, with a call after each of its changes.
+
+    Args:
+        parameter: The parameter.
+        then: What is called.
+    """
+
+    def __init__(self, parameter: Parameter, then: Callable[[], None]) -> None:
+        self._parameter, self._then = parameter, then
+
+    def checked(self, value: Setting, over: float) -> Setting:
+        """Return the value as the parameter checks it; see `Parameter.checked`."""
+        return self._parameter.checked(value, over)
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:
+        """Write the value, and make the call; see `Parameter.change`."""
+        ramp = self._parameter.change(value, t, over)
+        self._then()
+        if ramp is None:
+            return None
+
+        def followed(now: float) -> bool:
+            done = ramp(now)
+            self._then()
+            return done
+
+        return followed
+
+    def read(self) -> Setting:
+        """Return the present value."""
+        return self._parameter.read()
+
+
+def one_number(name: str, value: ArrayLike, least: float, most: float = np.inf) -> float:
+    """Check a number that is set while a stack runs.
+
+    Args:
+        name: Name of the parameter, for the message.
+        value: What the user wrote.
+        least: The number must be larger than this.
+        most: The number must not be larger than this.
+
+    Returns:
+        The number.
+
+    Raises:
+        InvalidValue: It is no finite number, or out of its range.
+    """
+    number = float(finite(name, value, ()))
+    if not least < number <= most:
+        allowed = f"> {least:g}" if most == np.inf else f"in ({least:g}, {most:g}]"
+        raise InvalidValue(f"{name} must be {allowed}, got {number:g}")
+    return number

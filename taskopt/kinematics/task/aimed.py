@@ -1,0 +1,109 @@
+"""Tasks with a target, which may be replaced while the stack runs."""
+
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue
+from taskopt.kinematics.parameter import Parameter, Ramp, Setting
+from taskopt.kinematics.space import Space, Value
+from taskopt.kinematics.target import Course, Hold, Line, Target
+from taskopt.kinematics.task.base import BoundTask
+
+
+class AimedTask(BoundTask):
+    """A task with a target x_d(t).
+
+    Attributes:
+        goal: The desired value as of the last tick, a pose (4, 4) or a posture (nq,); a class that derives
+            from this one assigns it, and anew in `use` where it is a view into the memory.
+    """
+
+    goal: Array
+    _course: Course
+
+    def take_target(self, target: Target, space: Space) -> None:
+        """Take the declared target.
+
+        Args:
+            target: The target.
+            space: Space in which it lives.
+        """
+        self._target, self._space, self.fixed_target = target, space, isinstance(target, Hold)
+
+    def begin(self, start: Array, t: float) -> None:
+        """Begin the course of the target.
+
+        Args:
+            start: Value of the task at the start, a pose (4, 4) or a posture (nq,).
+            t: Time [s].
+
+        Raises:
+            InvalidValue: The target does not fit the task.
+        """
+        self._course = self._target.start(self._space, start, t)
+
+    def redirect(self, target: Target | Array, t: float) -> None:
+        """Replace the target at the beginning of a tick.
+
+        Args:
+            target: A target, which begins at the present desired value; or a converted value to hold.
+            t: Time [s].
+
+        Raises:
+            InvalidValue: The target does not fit the task.
+        """
+        if isinstance(target, np.ndarray):
+            self.goal[...] = target
+            self._course = _still
+        else:
+            self._course = target.start(self._space, self.goal, t)
+            self.fixed_target = False
+        self.aim(t)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return gain and target; see `Part.adjustable`."""
+        return {**super().adjustable(), "target": _TargetParameter(self)}
+
+
+class _TargetParameter:
+    """The parameter "target": a `Target`, which begins at the change, or a value, at once or over a time."""
+
+    def __init__(self, task: AimedTask) -> None:
+        self._task = task
+
+    def checked(self, value: Setting, over: float) -> Target | Array:
+        """Return a `Target`, or a converted value to hold; see `Parameter.checked`.
+
+        Raises:
+            InvalidValue: The value does not fit the task, or a `Target` is to be blended.
+        """
+        goal = self._task.goal
+        if isinstance(value, np.ndarray) and value.shape == goal.shape and over == 0.0:
+            # Ten times as fast as `convert`. The plan names what is no pose or not finite at the next tick.
+            return value.astype(np.float64)
+        if isinstance(value, Target):
+            if over > 0.0:
+                raise InvalidValue(
+                    f"a target of '{self._task.name}' that has a time of its own is not blended; leave over= "
+                    "out, or give the value at the end"
+                )
+            return value
+        held = self._task._space.convert(cast("Value", value), goal)
+        return Line(to=held, duration=over) if over > 0.0 else held
+
+    def change(self, value: Setting, t: float, over: float) -> Ramp | None:  # noqa: ARG002 (protocol)
+        """Replace the target; see `Parameter.change`."""
+        self._task.redirect(cast("Target | Array", value), t)
+        return None
+
+    def read(self) -> Array:
+        """Return the desired value, as of the last tick."""
+        return self._task.goal.copy()
+
+
+def _still(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (a `Course`)
+    """Hold what was written before."""
+    return False
