@@ -24,6 +24,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace, Value
 from taskopt.kinematics.target import Target, as_target
+from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
 
 
@@ -168,7 +169,7 @@ class BoundAlignment(_BoundTurn):
         rows.upper[:] = rows.lower
 
 
-class BoundLook(_BoundTurn):
+class BoundLook(_BoundTurn, AimedTask):
     """The two rows of a `LookAtTask`."""
 
     def attach(self, target: Target) -> None:
@@ -177,19 +178,19 @@ class BoundLook(_BoundTurn):
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.
         """
-        self._target, self._space = target, PoseSpace(f"target of '{self.name}'")
-        self._point, self._twist = np.eye(4), np.zeros(6)
+        self.take_target(target, PoseSpace(f"target of '{self.name}'"))
+        self.goal, self._twist = np.eye(4), np.zeros(6)
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present pose of the frame; see `RowPart.start`."""
-        self._course = self._target.start(self._space, configuration.pose(self._frame), t)
+        self.begin(configuration.pose(self._frame), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
-        if not self._course(t, self._point, self._twist):
+        if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
         pose, J = configuration.pose(self._frame), configuration.jacobian(self._frame)
-        turn, sight = pose[:3, :3], self._point[:3, 3] - pose[:3, 3]
+        turn, sight = pose[:3, :3], self.goal[:3, 3] - pose[:3, 3]
         length = float(np.sqrt(sight @ sight))
         seen = self._axis if length < tolerances.NO_DIRECTION else turn.T @ sight / length
         length = max(length, tolerances.NEAREST_SIGHT)

@@ -14,7 +14,8 @@ from taskopt.kinematics.pose import adjoint, inverse, is_pose, jlog3, jlog6, log
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
-from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
+from taskopt.kinematics.task.aimed import AimedTask
+from taskopt.kinematics.task.base import Task, gains, task_rate, weights
 
 Seen = Literal["own", "root"]
 
@@ -96,7 +97,7 @@ class RelativeFrameTask(Task):
         return kept
 
 
-class BoundRelative(BoundTask):
+class BoundRelative(AimedTask):
     """The rows of a `RelativeFrameTask`; `desired` and `actual` are poses in the world.
 
     Args:
@@ -110,8 +111,7 @@ class BoundRelative(BoundTask):
         super().__init__(name, names, units, gains(task.gain, 6)[rows], weights(task.weight, 6, (3, 3))[rows])
         self.frame, self._root, self._rows = task.frame, task.root, rows
         self._frame, self._own = task.frame, task.expressed == "own"
-        self._space = PoseSpace(f"target of '{name}'", angular=bool(rows[0] >= 3))
-        self._goal, self._twist = np.eye(4), np.zeros(6)
+        self.goal, self._twist = np.eye(4), np.zeros(6)
         self.desired, self.actual = np.eye(4), np.eye(4)
 
     def attach(self, target: Target) -> None:
@@ -120,22 +120,22 @@ class BoundRelative(BoundTask):
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.
         """
-        self._target = target
+        self.take_target(target, PoseSpace(f"target of '{self.name}'", angular=bool(self._rows[0] >= 3)))
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target at the present pose of the frame in the root; see `RowPart.start`."""
         relative = inverse(configuration.pose(self._root)) @ configuration.pose(self._frame)
-        self._course = self._target.start(self._space, relative, t)
+        self.begin(relative, t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
-        if not self._course(t, self._goal, self._twist):
+        if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
         root, frame = configuration.pose(self._root), configuration.pose(self._frame)
-        self.desired[:], self.actual[:] = root @ self._goal, frame  # type: ignore[index]
+        self.desired[:], self.actual[:] = root @ self.goal, frame  # type: ignore[index]
         pose, motion = inverse(root) @ frame, self._relative_motion(configuration, root, frame)
-        error, M, rate = (_own if self._own else _in_root)(pose, self._goal, self._twist)
-        flaw = 0.0 if is_pose(self._goal) else np.nan  # found by the plan, which names the target
+        error, M, rate = (_own if self._own else _in_root)(pose, self.goal, self._twist)
+        flaw = 0.0 if is_pose(self.goal) else np.nan  # found by the plan, which names the target
         taken = self._rows
         rows.A[:] = M[taken] @ motion
         self.error[:] = error[taken]
