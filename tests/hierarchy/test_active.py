@@ -91,7 +91,7 @@ def test_every_limit_has_its_multiplier_at_the_first_level_that_it_binds(name):
     )
 
 
-def test_a_limit_that_binds_at_two_levels_has_a_price_at_each():
+def test_a_limit_that_binds_at_two_levels_has_a_multiplier_at_each():
     """x ≤ 1 keeps both 2 x = 4 and then y − x = −3 from being met."""
     levels = [Level([[2.0, 0.0]], [4.0]), Level([[-1.0, 1.0], [0.0, 1.0]], [-3.0, 0.0])]
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.0, 9.0]), unknowns=["x", "y"])

@@ -31,7 +31,7 @@ def test_no_multipliers_can_be_found_for_a_wrong_x(seed: int) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_flipped_price_of_a_limit_is_refused(kind: str) -> None:
+def test_a_flipped_multiplier_of_a_limit_is_refused(kind: str) -> None:
     """Turning the sign of what a bound costs breaks stationarity or sign, at its level."""
     flipped = 0
     for seed in range(40):
@@ -46,7 +46,7 @@ def test_a_flipped_price_of_a_limit_is_refused(kind: str) -> None:
     assert flipped > 10
 
 
-def test_the_price_is_the_derivative_of_the_cost() -> None:
+def test_the_multiplier_is_the_derivative_of_the_cost() -> None:
     """Moving the bound that x ≤ 1 sets by 1e-6 changes the cost of level 1 by −y."""
     costs = []
     for limit in (1.0, 1.0 + 1e-6):

@@ -60,7 +60,7 @@ def test_our_resolvers_agree_with_the_restatement_on_every_objective(name: str) 
             break
 
 
-def test_limits_that_bind_are_named_and_priced() -> None:
+def test_limits_that_bind_are_named_with_their_multipliers() -> None:
     """A conflict with the box: the row gives way in least squares, the bound is active."""
     hierarchy = Hierarchy(
         [Level([[1.0, 1.0]], [5.0], name="reach"), Level(np.eye(2), [0.3, 0.1], name="rest")],
@@ -97,7 +97,7 @@ def test_what_no_level_asks_for_is_the_least_norm(rows: list) -> None:
     np.testing.assert_allclose(told.x, expected, atol=1e-9)
 
 
-def test_the_twin_is_task_priority() -> None:
+def test_the_closed_form_answer_is_task_priority() -> None:
     """Its closed form is that of every strict resolver."""
     hierarchy = random_hierarchy(3, "generic")
     np.testing.assert_array_equal(
