@@ -31,7 +31,7 @@ def test_contradicting_limits_have_no_optimum() -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_every_reference_has_a_proof_of_its_own(seed: int) -> None:
+def test_every_oracle_has_a_proof_of_its_own(seed: int) -> None:
     """KKT multipliers exist for it at every level: the oracles do not rest on one algorithm."""
     hierarchy = random_hierarchy(seed)
     assert certify_velocity(hierarchy, lexicographic_optimum(hierarchy)).worst < 1e-11

@@ -17,7 +17,7 @@ def stack(limit: float) -> Hierarchy:
     )
 
 
-def test_what_is_held_back_is_told_with_its_price() -> None:
+def test_what_is_held_back_is_told_with_its_multiplier() -> None:
     """The hand lacks 0.5; one unit of the elbow would lower ½·3·0.5² by 1.5 to begin with."""
     text = HierarchicalQP("daqp")(stack(1.5))[0].explain()
     assert "Level 1, hand: its row not met, most of all row 0, by 0.5." in text

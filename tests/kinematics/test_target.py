@@ -58,7 +58,7 @@ def test_a_wrong_rate_is_caught():
 
 
 @pytest.mark.parametrize("name", [n for n in MOVING if n.startswith(("line", "circle"))])
-def test_a_reference_begins_where_the_run_starts(name):
+def test_a_target_begins_where_the_run_starts(name):
     """x_d(t_0) = x_0, and before t_0 it waits there."""
     course = MOVING[name].start(POSES, START, 0.2)
     for t in (0.2, 0.1):
@@ -195,7 +195,7 @@ def test_what_is_no_pose_is_refused(kind, value, says):
         (lambda: Latest([[1.0], [2.0, 3.0]]), InvalidValue, "numbers"),
     ],
 )
-def test_a_senseless_reference_is_refused_where_it_is_written(make, error, says):
+def test_a_senseless_target_is_refused_where_it_is_written(make, error, says):
     """Each with the value it got and the way out."""
     with pytest.raises(error, match=says):
         make()

@@ -36,7 +36,7 @@ def test_the_first_level_of_a_point_within_the_limits_never_leaks_less_than_noth
     assert regret(hierarchy, other)[0] >= -1e-9
 
 
-def test_weights_that_are_not_infinite_leak_what_they_give_up():
+def test_weights_that_are_not_infinite_have_a_regret():
     """x = 1 above, x = 0 beside it with weight ε: x = 1/(1 + ε), so level 1 leaks ε/(1 + ε)."""
     hierarchy = Hierarchy([Level([[1.0]], [1.0]), Level([[1.0]], [0.0])])
     for share in (1e-2, 1e-4):
@@ -51,7 +51,7 @@ def test_weights_count_as_they_do_in_the_cost():
     np.testing.assert_allclose(regret(hierarchy, [1.0]), [3.0])
 
 
-def test_what_has_no_optimum_has_no_leak():
+def test_what_has_no_optimum_has_no_regret():
     """Contradicting limits are named; an x of the wrong size or with NaN is refused."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], box=([-1.0], [1.0]), unknowns=["elbow"])
     for x in ([1.0, 2.0], [np.nan]):

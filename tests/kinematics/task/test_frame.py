@@ -121,7 +121,7 @@ def test_with_exact_feedforward_a_tracked_target_stays_tracked(seed, gain):
 
 
 @pytest.mark.parametrize("name", FRAMES)
-def test_at_the_start_a_task_without_reference_asks_for_nothing(name):
+def test_at_the_start_a_task_without_target_asks_for_nothing(name):
     """Hold(): e = 0, b = 0 at the start, and target is the actual pose."""
     of = robot(name)
     at = Configuration(of, generic_q(of, 3))
