@@ -1,19 +1,22 @@
 """From one start to the goals, or to the nearest rest: Newton's steps of a stack inside a trust region.
 
     v = the resolution of the stack at q, with gain 1 and Δt = 1 s, each |v_j| ≤ r
-    q ⊕ v has the smaller merit: go on from there, with a larger r where the merit fell to less than half
+    q ⊕ v is accepted: go on from there, with a larger r where the errors fell to less than half
     else: halve v, and let r be its largest entry
 
-The merit is φ = E_1 + ν E_2 + ν² E_3 + …, with E_k = Σ w e² of the errors of level k. It only judges steps;
-their direction is that of the strict stack. Where level k cannot be met, a descent may end with an error of
-order ν in the level before, so the last descents to an end that is reported take smaller ν. Every step keeps
-the limits, since with v they also allow every fraction of it.
+The direction of a step is that of the strict stack; what is accepted is decided from E_k = Σ w e² of the
+errors of each level k. On the way to the goals the merit φ = E_1 + ν E_2 + ν² E_3 + … must not grow, so that
+a step may pass through an obstacle. Where level k cannot be met, such a descent may end with an error of
+order ν in the level before; the last descents to an end that is reported therefore take smaller ν. Once the
+goals are met, the levels are compared in their order, see `_InOrder`. Every step keeps the limits, since
+with v they also allow every fraction of it.
 
 Source:
     Nocedal and Wright (2006), Numerical Optimization, Sect. 4.1 (trust regions in a box) and 10.3
     (least squares).
 """
 
+from collections.abc import Sequence
 from itertools import chain
 from typing import NamedTuple
 
@@ -41,6 +44,8 @@ from taskopt.resolver.registry import as_resolver
 _SHARE = 0.01  # ν, what a level counts in the merit beside the level before
 _POLISH = (_SHARE, _SHARE**2, _SHARE**3)  # ν of the descents to an end that is reported
 _POLISH_TICKS = 100  # of each of them
+_SLACK = 0.01  # [m, rad] error of a level that Newton's next step removes
+_BETTER = 0.99  # share of E_k that makes a level better
 _ALLOWED = GoalError(GOAL_POSITION, GOAL_ORIENTATION, GOAL_OTHER)
 
 
@@ -50,7 +55,7 @@ class End(NamedTuple):
     Attributes:
         q: The posture, (nq,) [rad, m].
         met: True if the goals are met there.
-        merit: φ there.
+        merit: φ there, or, after `rest`, E_k of the last level.
         iterations: Number of ticks.
         still: True if the last step was shorter than what counts as a step.
     """
@@ -60,6 +65,62 @@ class End(NamedTuple):
     merit: float
     iterations: int
     still: bool
+
+
+class _Merit:
+    """Accept what does not raise φ.
+
+    Args:
+        share: ν.
+    """
+
+    def __init__(self, share: float) -> None:
+        self._share = share
+        self.value = np.inf  # of φ at the posture accepted last
+        self.fell = True  # to less than half, by the step accepted last
+
+    def accepts(self, squares: Sequence[float]) -> bool:
+        """Judge E_k of all levels."""
+        found, factor = 0.0, 1.0
+        for square in squares:
+            found += factor * square
+            factor *= self._share
+        if found > self.value * (1.0 + MERIT_NOISE):
+            return False
+        self.fell, self.value = found < 0.5 * self.value, found
+        return True
+
+
+class _InOrder:
+    """Accept what improves a level and keeps those before it, up to an error that Newton's next step removes.
+
+    A level counts as kept if its E_k is at most `_SLACK`² above the least so far.
+    """
+
+    def __init__(self) -> None:
+        self._held: Sequence[float] = ()
+        self._least: Sequence[float] = ()
+        self.value = np.inf  # E_k of the last level
+        self.fell = True
+
+    def accepts(self, squares: Sequence[float]) -> bool:
+        """Judge E_k of all levels."""
+        if self._held and not self._is_better(squares):
+            return False
+        self._least = (
+            [min(pair) for pair in zip(squares, self._least, strict=True)] if self._held else squares
+        )
+        self._held, self.value = squares, squares[-1]
+        return True
+
+    def _is_better(self, squares: Sequence[float]) -> bool:
+        """Return True if the first level that changes has become better."""
+        for square, held, least in zip(squares, self._held, self._least, strict=True):
+            if square > least + _SLACK**2:
+                return False
+            if square < _BETTER * held and held > GOAL_POSITION**2:
+                return True
+        return squares[-1] <= self._held[-1] * (1.0 + MERIT_NOISE)
 
 
 class _Measured(NamedTuple):
@@ -79,8 +140,6 @@ class Descent:
 
     Attributes:
         plan: The stack, compiled.
-        has_more: True if there are levels below the required ones.
-        required: Names of the tasks of the required levels.
     """
 
     def __init__(self, stack: Stack, robot: Robot, required: int) -> None:
@@ -93,9 +152,7 @@ class Descent:
         self._levels = [[known for known, k in pairs if k == level] for level in range(1, max(numbers) + 1)]
         self._goals = list(chain(*self._levels[:required]))
         self._small = sum(_largest_met(known.task.weight) for known in self._goals)
-        self.required = tuple(known.task.name for known in self._goals)
-        self.has_more = len(self._levels) > required
-        self._first = required
+        self._required = required
 
     def start(self, q: Array) -> None:
         """Anchor the targets that begin at a posture.
@@ -115,7 +172,7 @@ class Descent:
         Returns:
             Where it ended: at the goals, at rest, or after that many ticks.
         """
-        return self._descend(q, iterations, _SHARE, rest=False)
+        return self._descend(q, iterations, _Merit(_SHARE), rest=False)
 
     def polish(self, q: Array) -> End:
         """Go on from a posture that does not meet the goals, to the least error near it.
@@ -128,7 +185,7 @@ class Descent:
         """
         end, ticks = End(q, False, np.inf, 0, False), 0
         for share in _POLISH:
-            end = self._descend(end.q, _POLISH_TICKS, share, rest=False)
+            end = self._descend(end.q, _POLISH_TICKS, _Merit(share), rest=False)
             ticks += end.iterations
             if end.met:
                 break
@@ -144,7 +201,7 @@ class Descent:
         Returns:
             Where it ended; it is `still` if a step there is shorter than what counts as motion.
         """
-        return self._descend(q, iterations, _SHARE, rest=True)
+        return self._descend(q, iterations, _InOrder(), rest=True)
 
     def look(self, q: Array) -> Resolution:
         """Resolve the stack at a posture, with the largest trust region.
@@ -166,48 +223,45 @@ class Descent:
         """Return what each task lacks at the posture of the last tick, by name."""
         return {known.task.name: _error(known) for known in chain(*self._levels)}
 
-    def _descend(self, q: Array, iterations: int, share: float, *, rest: bool) -> End:
+    def _descend(self, q: Array, iterations: int, judge: _Merit | _InOrder, *, rest: bool) -> End:
         """Go downhill from a posture until the goals are met, with `rest` until nothing moves any more."""
         self._loop.forget()
         tick, integrate, radius = self._loop.tick, self.plan.robot.integrate, LARGEST_STEP
-        best, merit, met, step = q, np.inf, False, np.zeros(0)
+        best, met, step = q, False, np.zeros(0)
         for count in range(1, iterations + 1):
             self._radius[0] = radius
             try:
                 v = tick(q, 0.0).x
             except NotSolved:
-                return End(best, met, merit, count, False)
-            first, found = self._merits(share)
-            if found > merit * (1.0 + MERIT_NOISE):
-                step = 0.5 * step
-                radius = float(np.abs(step).max())
-            else:
-                if found < 0.5 * merit:
+                return End(best, met, judge.value, count, False)
+            squares = self._squares()
+            if judge.accepts(squares):
+                if judge.fell:
                     radius = min(2.0 * radius, LARGEST_STEP)
-                best, merit, step = q, found, v
-                met = first <= self._small and self._is_met()
+                best, step = q, v
+                met = sum(squares[: self._required]) <= self._small and self._is_met()
                 length = float(np.abs(v).max())
                 if met and (not rest or length <= POSTURE_AT_REST):
-                    return End(best, met, merit, count, True)
+                    return End(best, met, judge.value, count, True)
                 radius = radius if length > STEP_STILL else 0.0
+            else:
+                step = 0.5 * step
+                radius = float(np.abs(step).max())
             if radius <= STEP_STILL:
-                return End(best, met, merit, count, True)
+                return End(best, met, judge.value, count, True)
             q = integrate(best, step, STEP)
-        return End(best, met, merit, iterations, False)
+        return End(best, met, judge.value, iterations, False)
 
-    def _merits(self, share: float) -> tuple[float, float]:
-        """Return the sum of E_k of the required levels, and φ with ν = `share`, as of the last tick."""
-        goals = merit = 0.0
-        factor = 1.0
-        for number, level in enumerate(self._levels):
+    def _squares(self) -> list[float]:
+        """Return E_k of each level at the posture of the last tick."""
+        found = []
+        for level in self._levels:
+            square = 0.0
             for known in level:
                 error = known.task.error
-                square = float((error * known.task.weight) @ error)
-                merit += factor * square
-                if number < self._first:
-                    goals += square
-            factor *= share
-        return goals, merit
+                square += float((error * known.task.weight) @ error)
+            found.append(square)
+        return found
 
     def _is_met(self) -> bool:
         """Return True if every required goal is met at the posture of the last tick."""

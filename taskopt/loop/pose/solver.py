@@ -85,7 +85,7 @@ class PoseSolver:
         self._asked: PostureStack = posture_stack(stack, robot)
         self._required = 1 + bool(self._asked.clearances)
         self._bounded = any(isinstance(limit, JointPositionLimit) for limit in self._asked.limits)
-        self._plain  # noqa: B018 (what is wrong with the declaration is said now)
+        self._goals  # noqa: B018 (what is wrong with the declaration is said now)
 
     def __reduce__(self) -> tuple[object, ...]:
         goals, limits, postures, seed = self._declared
@@ -124,49 +124,53 @@ class PoseSolver:
             self._aim(goals)
         wanted = None if near is None else self._inside(near)
         first = wanted if start is None else self._inside(start)
-        descent = self._descent(wanted)
-        ends = self._search(descent, first, wanted, starts)
-        return self._solved(descent, ends) if ends[-1].met else self._unsolved(descent, ends, first)
+        anchor = self.robot.posture("middle") if first is None else first
+        self._goals.start(anchor)
+        ends = []
+        for q, ticks in self._begin(first, wanted, starts):
+            ends.append(self._goals.reach(q, ticks))
+            if ends[-1].met:
+                break
+        below = self._below(wanted, anchor)
+        return self._solved(ends, len(ends), below) if ends[-1].met else self._unsolved(ends, below, anchor)
 
     @cached_property
-    def _plain(self) -> Descent:
-        """The descents without a posture to stay near."""
+    def _goals(self) -> Descent:
+        """The descents to the goals alone."""
+        return Descent(self._asked.compiled(below=False), self.robot, self._required)
+
+    @cached_property
+    def _free(self) -> Descent:
+        """The descents to the goals without limits."""
+        return Descent(self._asked.compiled(below=False, with_limits=False), self.robot, 1)
+
+    @cached_property
+    def _declared_levels(self) -> Descent:
+        """The descents of all levels that were declared."""
         return Descent(self._asked.compiled(), self.robot, self._required)
 
     @cached_property
-    def _drawn_to(self) -> Descent:
-        """The descents that stay near a posture."""
+    def _levels_and_near(self) -> Descent:
+        """The same with a level below them that draws to the posture to stay near."""
         last = JointTask(self._near, name="near")
         return Descent(self._asked.compiled(last=last), self.robot, self._required)
 
     @cached_property
-    def _free(self) -> Descent:
-        """The descents without limits."""
-        return Descent(self._asked.compiled(with_limits=False), self.robot, 1)
-
-    @cached_property
     def _starts(self) -> Starts:
         """The postures drawn, with the poses of the goals' frames."""
-        return Starts(self.robot, self._plain.plan.tasks, self._count, self._seed)
+        return Starts(self.robot, self._goals.plan.tasks, self._count, self._seed)
 
-    def _descent(self, near: Array | None) -> Descent:
-        """Return the descents to use, aimed at the posture to stay near."""
-        if near is None:
-            return self._plain
-        self._near.set(near)
-        return self._drawn_to
-
-    def _search(self, descent: Descent, first: Array | None, near: Array | None, starts: int) -> list[End]:
-        """Descend from one start after the other until the goals are met; return all ends."""
-        anchor = self.robot.posture("middle") if first is None else first
-        for anchored in {self._plain, descent}:
-            anchored.start(anchor)
-        ends = []
-        for q, ticks in self._begin(first, near, starts):
-            ends.append(descent.reach(q, ticks))
-            if ends[-1].met:
-                break
-        return ends
+    def _below(self, near: Array | None, anchor: Array) -> Descent | None:
+        """Return the descents of the levels below the goals, with their targets set; None without any."""
+        if near is not None:
+            self._near.set(near)
+            below = self._levels_and_near
+        elif len(self._asked.levels) > 1:
+            below = self._declared_levels
+        else:
+            return None
+        below.start(anchor)
+        return below
 
     def _begin(self, first: Array | None, near: Array | None, starts: int) -> Iterator[tuple[Array, int]]:
         """Yield the starts with their ticks: the first one, if it is given, then those that were drawn."""
@@ -176,39 +180,43 @@ class PoseSolver:
         if starts:
             yield from ((q, _SCAN) for q in self._starts.nearest(starts, near))
 
-    def _solved(self, descent: Descent, ends: list[End]) -> PoseSolution:
+    def _solved(self, ends: Sequence[End], starts: int, below: Descent | None) -> PoseSolution:
         """Return the solution from the last end, once the levels below the goals are at rest there."""
-        end, at_rest, ticks = ends[-1], True, sum(end.iterations for end in ends)
-        if descent.has_more:
-            later = descent.rest(end.q, _REST)
-            ticks += later.iterations + 1
-            end, at_rest = (later, later.still) if later.met else (end, False)
-            descent.look(end.q)
-        reason = reason_of_success(len(ends))
-        return PoseSolution(end.q, Verdict.SOLVED, reason, descent.errors(), (), len(ends), ticks, at_rest)
+        ticks, end, at_rest = sum(end.iterations for end in ends), ends[-1], True
+        errors = self._goals.errors()
+        if below is not None:
+            later = below.rest(end.q, _REST)
+            back = self._goals.reach(later.q, _SCAN)  # from where the lower levels alone were still moving
+            ticks += later.iterations + back.iterations
+            end, at_rest = (back, later.still and back.iterations == 1) if back.met else (end, False)
+            below.look(end.q)
+            errors = below.errors()
+        reason = reason_of_success(starts)
+        return PoseSolution(end.q, Verdict.SOLVED, reason, errors, (), starts, ticks, at_rest)
 
-    def _unsolved(self, descent: Descent, ends: list[End], anchor: Array | None) -> PoseSolution:
+    def _unsolved(self, ends: Sequence[End], below: Descent | None, anchor: Array) -> PoseSolution:
         """Return the nearest end with the verdict on it; a solution if a longer descent meets the goals."""
-        ends = sorted(ends, key=lambda end: end.merit)
-        polished = [descent.polish(end.q) for end in ends[:_POLISHED]]
+        ranked = sorted(ends, key=lambda end: end.merit)
+        polished = [self._goals.polish(end.q) for end in ranked[:_POLISHED]]
         best = min(polished, key=lambda end: (not end.met, end.merit))
-        ticks = sum(end.iterations for end in [*ends, *polished])
         if best.met:
-            return self._solved(descent, [*ends, best])
-        resolution = descent.look(best.q)
-        errors = descent.errors()
+            return self._solved([*ends, best], len(ends), below)
+        ticks = sum(end.iterations for end in [*ends, *polished])
+        resolution = self._goals.look(best.q)
+        errors = self._goals.errors()
         limits = limits_in_the_way(resolution, self._required)
         free = bool(limits) and self._is_free(best.q, anchor)
-        required = {name: errors[name] for name in descent.required}
-        verdict, reason = judge(
-            Evidence(len(ends), same_ends([end.merit for end in ends]), required, limits, free)
-        )
+        same = same_ends([end.merit for end in ranked])
+        verdict, reason = judge(Evidence(len(ends), same, errors, limits, free))
+        if below is not None:
+            below.look(best.q)
+            errors = below.errors()
         named = limits if verdict is Verdict.LIMIT else ()
         return PoseSolution(best.q, verdict, reason, errors, named, len(ends), ticks, best.still)
 
-    def _is_free(self, q: Array, anchor: Array | None) -> bool:
+    def _is_free(self, q: Array, anchor: Array) -> bool:
         """Return True if the goals are met without limits, from a posture or from one of a few starts."""
-        self._free.start(self.robot.posture("middle") if anchor is None else anchor)
+        self._free.start(anchor)
         begins = chain([q], self._starts.nearest(_FREE_STARTS, None))
         return any(self._free.reach(begin, _SCAN).met for begin in begins)
 

@@ -39,21 +39,22 @@ class PostureStack:
     """A stack as it is asked of one posture.
 
     Attributes:
-        goals: Levels of tasks with gain 1 and targets that stand still, highest priority first.
+        levels: Levels of tasks with gain 1 and targets that stand still; the first has the goals.
         clearances: Tasks that keep the distances of the stack's limits; they come before all goals.
         limits: Limits on joint positions, and limits of other classes as declared.
         norm: Norm of the stack, or None.
     """
 
-    goals: tuple[tuple[Task, ...], ...]
+    levels: tuple[tuple[Task, ...], ...]
     clearances: tuple[Task, ...]
     limits: tuple[Limit, ...]
     norm: object
 
-    def compiled(self, *, with_limits: bool = True, last: Task | None = None) -> Stack:
+    def compiled(self, *, below: bool = True, with_limits: bool = True, last: Task | None = None) -> Stack:
         """Return the stack that the search resolves at each of its ticks.
 
         Args:
+            below: False leaves out the levels below the goals.
             with_limits: False leaves out clearances and limits.
             last: Task of a level below all others, or None.
 
@@ -61,7 +62,7 @@ class PostureStack:
             The stack, with the trust region among its limits.
         """
         first = [self.clearances] if self.clearances and with_limits else []
-        levels = [*first, *self.goals, *([[last]] if last else [])]
+        levels = [*first, *self.levels[: None if below else 1], *([[last]] if last else [])]
         limits = [*(self.limits if with_limits else ()), TrustRegion()]
         return Stack(levels, limits, self.norm)  # type: ignore[arg-type]
 
@@ -77,17 +78,17 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
         robot: The robot.
 
     Returns:
-        Goals, clearances and limits.
+        Levels, clearances and limits.
 
     Raises:
         UnknownName: The robot lacks a joint or link of a limit.
         InvalidValue: A limit does not fit the robot.
     """
-    goals = tuple(tuple(_still(task) for task in level) for level in stack.levels)
+    levels = tuple(tuple(_still(task) for task in level) for level in stack.levels)
     distances = [limit for limit in stack.limits if isinstance(limit, ObstacleLimit | SelfCollisionLimit)]
     others = [limit for limit in stack.limits if limit not in distances]
     kept = tuple(_of_postures(others, robot))
-    return PostureStack(goals, tuple(ClearanceTask(limit) for limit in distances), kept, stack.norm)
+    return PostureStack(levels, tuple(ClearanceTask(limit) for limit in distances), kept, stack.norm)
 
 
 def _still(task: Task) -> Task:

@@ -5,10 +5,12 @@ import pickle
 from collections.abc import Callable
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from taskopt import (
     Array,
+    CentreOfMassTask,
     Configuration,
     FrameTask,
     Hold,
@@ -388,3 +390,40 @@ def test_reachable_poses_of_a_panda_are_met() -> None:
         cosine_gap = np.linalg.norm(reached[:3, :3] - target[:3, :3]) / np.sqrt(2.0)
         assert cosine_gap <= 1e-6
         assert robot.outside(found.q) == ()
+
+
+def test_three_levels_are_met_in_their_order() -> None:
+    """Feet first, then the centre of mass, then the posture: the first two are met, the third is at rest."""
+    robot = Robot.load("talos_reduced")
+    q = robot.posture("half_sitting")
+    at = Configuration(robot, q)
+    feet = [FrameTask(f, target=at.pose(f)) for f in ("left_sole_link", "right_sole_link")]
+    mass = CentreOfMassTask(target=(0.0, 0.0, 0.8))
+    stack = Stack([feet, [mass], [JointTask()]], [JointPositionLimit()])
+    found = solve_pose(robot, stack, start=q)
+    assert found.solved
+    assert found.at_rest
+    at.update(found.q)
+    assert np.linalg.norm(at.centre_of_mass()[0] - [0.0, 0.0, 0.8]) < 1e-5
+    assert found.errors["posture"].orientation > 0.1
+
+
+def test_poses_as_pinocchio_writes_them_are_taken() -> None:
+    """A `pin.SE3` is a pose like an array (4, 4)."""
+    q = np.array([0.3, 0.4, 0.5])
+    pose = Configuration(THREE, q).pose("tip")
+    np.testing.assert_array_equal(
+        solve_pose(THREE, {"tip": pin.SE3(pose)}).q, solve_pose(THREE, {"tip": pose}).q
+    )
+
+
+def test_joints_that_turn_without_end_are_found() -> None:
+    """Three joints of this arm are stored as cosine and sine; its pose at a drawn posture is met."""
+    robot = Robot.load("kinova")
+    assert robot.nq > robot.nv
+    frame = robot.frames[-1]
+    for q in drawn(robot, 5, 1):
+        target = Configuration(robot, q).pose(frame)
+        found = solve_pose(robot, {frame: target}, near=robot.posture("middle"))
+        assert found.solved
+        np.testing.assert_allclose(Configuration(robot, found.q).pose(frame), target, atol=3e-6)
