@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.orientation import RPY as RPY
     from taskopt.kinematics.orientation import ZYZ as ZYZ
     from taskopt.kinematics.orientation import EulerAngles as EulerAngles
+    from taskopt.kinematics.robot import Coupling as Coupling
     from taskopt.kinematics.robot import DHRow as DHRow
     from taskopt.kinematics.robot import Robot as Robot
     from taskopt.kinematics.robot import anthropomorphic_arm as anthropomorphic_arm
@@ -221,7 +222,7 @@ _NAMES = {  # module: the names that live there
     ),
     "taskopt.kinematics.orientation": "EulerAngles RPY ZYZ",
     "taskopt.kinematics.robot": (
-        "anthropomorphic_arm anthropomorphic_with_wrist cylindrical_arm DHRow four_bar "
+        "anthropomorphic_arm anthropomorphic_with_wrist Coupling cylindrical_arm DHRow four_bar "
         "parallelogram_arm planar_arm Robot robot_names scara seven_joint_arm spherical_arm "
         "spherical_wrist stanford_manipulator"
     ),

@@ -1,5 +1,6 @@
 """Robots from URDF files, by name, from Denavit–Hartenberg rows, from a `pin.Model`; arms of the textbook."""
 
+from taskopt.kinematics.robot.couplings import Coupling as Coupling
 from taskopt.kinematics.robot.dh import DHRow as DHRow
 from taskopt.kinematics.robot.named import robot_names as robot_names
 from taskopt.kinematics.robot.robot import Robot as Robot

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import Array
-from taskopt.errors import InvalidValue
+from taskopt.arrays import Array, finite
+from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.engine import Model
 
 
@@ -60,6 +60,35 @@ def chained(path: object, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]
             found = Coupling(coupling.follower, next_.leader, m * n, m * next_.offset + found.offset)
         out.append(found)
     return tuple(out)
+
+
+def checked_couplings(name: str, model: Model, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]:
+    """Check that couplings fit a tree.
+
+    Args:
+        name: Name of the robot, for messages.
+        model: The kinematic tree.
+        couplings: The couplings.
+
+    Returns:
+        Couplings whose leaders follow no joint.
+
+    Raises:
+        InvalidValue: Something is no `Coupling`, a number of it is not finite, a joint has several axes, or
+            one follows itself.
+        UnknownName: There is no joint of a name.
+    """
+    listed = tuple(couplings)
+    for coupling in listed:
+        if not isinstance(coupling, Coupling):
+            raise InvalidValue(f"couplings of {name} must be a list of Coupling, got {coupling!r} in it")
+        finite(f"multiplier and offset of {coupling.follower}", (coupling.multiplier, coupling.offset), (2,))
+        for joint in (coupling.follower, coupling.leader):
+            if not model.existJointName(joint) or joint == model.names[0]:
+                raise UnknownName("joint", joint, list(model.names)[1:])
+            if model.joints[model.getJointId(joint)].nv != 1:
+                raise InvalidValue(f"joint '{joint}' of {name} has several axes; a coupling takes one axis")
+    return chained(name, listed)
 
 
 def coupled(model: Model, couplings: Sequence[Coupling], q: Array) -> Array:

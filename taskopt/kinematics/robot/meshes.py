@@ -37,12 +37,27 @@ def mesh_folders(path: Path, package_dirs: Iterable[str | Path] | None) -> list[
     if package_dirs is None:
         given = list(path.parents)
     else:
-        listed = [package_dirs] if isinstance(package_dirs, str | os.PathLike) else package_dirs
-        if not isinstance(listed, Iterable):
-            raise InvalidValue(f"package_dirs must be a list of folders, got {package_dirs!r}")
-        given = [*(_folder(folder) for folder in listed), path.parent]
+        given = [*package_folders(package_dirs), path.parent]
     ros = [Path(folder) for folder in _listed("ROS_PACKAGE_PATH")]
     return [*given, *ros, *(Path(prefix) / "share" for prefix in _listed("AMENT_PREFIX_PATH"))]
+
+
+def package_folders(package_dirs: Iterable[str | Path]) -> list[Path]:
+    """Return the absolute paths of folders that a user gave.
+
+    Args:
+        package_dirs: The folders, or a single one.
+
+    Returns:
+        The folders.
+
+    Raises:
+        InvalidValue: package_dirs is no list of folders.
+    """
+    listed = [package_dirs] if isinstance(package_dirs, str | os.PathLike) else package_dirs
+    if not isinstance(listed, Iterable):
+        raise InvalidValue(f"package_dirs must be a list of folders, got {package_dirs!r}")
+    return [_folder(folder) for folder in listed]
 
 
 def with_found_meshes(path: Path, root: ET.Element, folders: list[Path]) -> ET.Element:

@@ -13,6 +13,7 @@ from taskopt.kinematics.robot.arms import ARMS
 from taskopt.kinematics.robot.parts import Parts
 from taskopt.kinematics.robot.srdf import named_states
 from taskopt.kinematics.robot.urdf import lazy_parts, read_tree
+from taskopt.kinematics.robot.urdf_check import checked_urdf
 
 # Walkers and flyers whose SRDF does not say so. All others float if a named posture of their SRDF
 # places the root joint, and most of its joints are theirs: TALOS floats, its left arm alone does not.
@@ -51,7 +52,7 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
     path = _path(name)
     srdf = _srdf_of(path)
     float_it = floats(path, srdf) if floating is None else floating
-    parts = lazy_parts(path, [share], float_it, srdf)
+    parts = lazy_parts(checked_urdf(path), [share], float_it, srdf)
     return replace(parts, name=name)
 
 

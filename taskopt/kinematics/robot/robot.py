@@ -14,12 +14,14 @@ from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.tolerances import JOINT_RANGE, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
-from taskopt.kinematics.robot.couplings import Coupling, coupled
+from taskopt.kinematics.robot.couplings import Coupling, checked_couplings, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import joint_table
+from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
-from taskopt.kinematics.robot.urdf import read_urdf
+from taskopt.kinematics.robot.urdf import read_checked, read_urdf
+from taskopt.kinematics.robot.xacro_file import Argument, expanded_xacro
 
 _ALWAYS = ("neutral", "middle")  # postures that every robot has
 
@@ -69,12 +71,13 @@ class Robot:
             visual: What a viewer draws, likewise; None: the collision shapes.
             name: Name of the robot; default: the model's.
             postures: Named configurations (nq,) [rad, m]; coupled joints are moved to where they belong.
-            couplings: Joints that follow others; the leaders must not follow a joint themselves.
+            couplings: Joints that follow others.
             dropped: Sentences on what a file states and the robot does not have.
 
         Raises:
-            InvalidValue: The model is no `pin.Model`, has wrong limits or mimic joints, or a posture does not
-                fit it.
+            InvalidValue: The model is no `pin.Model`, has wrong limits or mimic joints, or a posture or a
+                coupling does not fit it.
+            UnknownName: A coupling names a joint that is not there.
         """
         if not isinstance(model, pin.Model):
             raise InvalidValue(
@@ -96,7 +99,7 @@ class Robot:
         self.velocity_limit = table.velocity_limit
         self._unit_norm = table.unit_norm
         self._geometry, self._visual = parts.geometry, parts.visual
-        self.couplings, self.dropped = tuple(couplings), tuple(dropped)
+        self.couplings, self.dropped = checked_couplings(self.name, model, couplings), tuple(dropped)
         self.neutral: Array = _frozen(self.coupled(pin.neutral(model)))
         given = {key: self.coupled(self.checked_q(q)) for key, q in (postures or {}).items()}
         self.postures: dict[str, Array] = {"neutral": self.neutral, "middle": self._middle(), **given}
@@ -150,6 +153,67 @@ class Robot:
             DroppedWarning: The file states something that the robot does not have.
         """
         return Robot.from_parts(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
+
+    @staticmethod
+    def from_xacro(
+        path: str | Path,
+        args: Mapping[str, Argument] | None = None,
+        package_dirs: Iterable[str | Path] | None = None,
+        lock: Iterable[str] = (),
+        floating: bool = False,
+        srdf: str | Path | None = None,
+        meshes: bool = True,
+    ) -> "Robot":
+        """Read a robot from a xacro file, which is expanded first; needs the extra `taskopt[xacro]`.
+
+        Args:
+            path: The xacro file.
+            args: Values of its arguments, such as {"gripper": True}.
+            package_dirs: Folders in which $(find …) and package:// are looked for, see `from_urdf`.
+            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            floating: Give the robot a floating base.
+            srdf: File with named postures and with pairs of links that are never checked for collision.
+            meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
+
+        Returns:
+            The robot. What the file states and the robot does not have is listed in `dropped`.
+
+        Raises:
+            MissingFile: The file, its SRDF or a mesh is not there.
+            NotInstalled: The package xacrodoc is not installed.
+            InvalidValue: The file cannot be expanded, or is no tree that a `pin.Model` can hold.
+            UnknownName: A joint to lock does not exist.
+
+        Warns:
+            DroppedWarning: The file states something that the robot does not have.
+        """
+        file = expanded_xacro(path, args, package_dirs)
+        return Robot.from_parts(read_checked(file, package_dirs, floating, srdf, meshes)).lock(lock)
+
+    @staticmethod
+    def from_mjcf(path: str | Path, lock: Iterable[str] = ()) -> "Robot":
+        """Read a robot from an MJCF file, the format of MuJoCo; needs the extra `taskopt[mujoco]`.
+
+        Coordinates are those of MuJoCo's `qpos` in the same order, with quaternions as (x, y, z, w).
+        Keyframes become postures, beside "qpos0". There are no velocity limits in such a file.
+
+        Args:
+            path: The MJCF file; what it includes is resolved.
+            lock: Names of joints that are held where they are in neutral, moved into their limits.
+
+        Returns:
+            The robot. What the file states and the robot does not have is listed in `dropped`.
+
+        Raises:
+            MissingFile: The file, or one that it refers to, is not there.
+            NotInstalled: The package mujoco is not installed.
+            InvalidValue: MuJoCo cannot compile the file, or nothing in it moves.
+            UnknownName: A joint to lock does not exist.
+
+        Warns:
+            DroppedWarning: The file states something that the robot does not have.
+        """
+        return Robot.from_parts(read_mjcf(path)).lock(lock)
 
     @staticmethod
     def from_dh(

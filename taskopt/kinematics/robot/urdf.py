@@ -18,7 +18,7 @@ from taskopt.kinematics.robot.dropped import warn_of_dropped
 from taskopt.kinematics.robot.meshes import mesh_folders, read_shapes, with_found_meshes, without_meshes
 from taskopt.kinematics.robot.parts import Parts
 from taskopt.kinematics.robot.srdf import add_pairs, postures
-from taskopt.kinematics.robot.urdf_check import checked_urdf
+from taskopt.kinematics.robot.urdf_check import UrdfFile, checked_urdf
 from taskopt.kinematics.robot.xml_file import existing, number
 
 _ONE_AXIS = ("revolute", "continuous", "prismatic")
@@ -51,24 +51,51 @@ def read_urdf(
     Warns:
         DroppedWarning: The file states something that the robot does not have.
     """
-    file = existing(path, "URDF")
-    folders = mesh_folders(file, package_dirs)
+    return read_checked(checked_urdf(existing(path, "URDF")), package_dirs, floating, srdf, meshes)
+
+
+def read_checked(
+    file: UrdfFile,
+    package_dirs: Iterable[str | Path] | None,
+    floating: bool,
+    srdf: str | Path | None,
+    meshes: bool,
+) -> Parts:
+    """Read the parts of a robot from a URDF file that has been checked; see `read_urdf`.
+
+    Args:
+        file: The file.
+        package_dirs: Folders in which package:// is looked for; None: those above the file.
+        floating: Give the robot a floating base.
+        srdf: File with named postures and disabled pairs of links, or None.
+        meshes: False leaves out meshes.
+
+    Returns:
+        The parts; shapes are loaded on first use.
+
+    Raises:
+        MissingFile: The SRDF or a mesh is not there.
+        InvalidValue: The file is no tree that a `pin.Model` can hold.
+
+    Warns:
+        DroppedWarning: The file states something that the robot does not have.
+    """
+    folders = mesh_folders(file.path, package_dirs)
     parts = lazy_parts(file, folders, floating, None if srdf is None else existing(srdf, "SRDF"), meshes)
-    root = checked_urdf(file)[0]
     if meshes:
-        with_found_meshes(file, root, folders)
-    warn_of_dropped(file, parts.dropped)
-    left_out = () if meshes else without_meshes(root)[1]
+        with_found_meshes(file.path, file.root, folders)
+    warn_of_dropped(file.path, parts.dropped)
+    left_out = () if meshes else without_meshes(file.root)[1]
     return replace(parts, dropped=(*parts.dropped, *left_out))
 
 
 def lazy_parts(
-    path: Path, folders: list[Path], floating: bool, srdf: Path | None, meshes: bool = True
+    file: UrdfFile, folders: list[Path], floating: bool, srdf: Path | None, meshes: bool = True
 ) -> Parts:
     """Read the tree of a robot now, and its shapes on first use.
 
     Args:
-        path: The URDF file.
+        file: The URDF file.
         folders: Folders in which meshes are looked for.
         floating: Give the robot a floating base.
         srdf: Its SRDF file, or None.
@@ -80,8 +107,8 @@ def lazy_parts(
     Raises:
         InvalidValue: The file is no tree that a `pin.Model` can hold.
     """
-    root, dropped = checked_urdf(path)
-    model = _tree(path, root, floating)
+    path, root = file.path, file.root
+    model = _tree(file, floating)
     couplings, lost = _couplings(path, root)
     moving = [coupling for coupling in couplings if model.existJointName(coupling.leader)]
     root = root if meshes else without_meshes(root)[0]
@@ -102,7 +129,7 @@ def lazy_parts(
         path.stem,
         states,
         tuple(moving),
-        (*dropped, *lost, *beyond, *unread),
+        (*file.dropped, *lost, *beyond, *unread),
     )
     return _without_stuck(parts, couplings)
 
@@ -120,19 +147,22 @@ def read_tree(path: Path, floating: bool) -> Model:
     Raises:
         InvalidValue: The file is no tree that a `pin.Model` can hold.
     """
-    return _tree(path, checked_urdf(path)[0], floating)
+    return _tree(checked_urdf(path), floating)
 
 
-def _tree(path: Path, root: ET.Element, floating: bool) -> Model:
-    """Read the tree of a file whose root element has been checked; see `read_tree`."""
+def _tree(file: UrdfFile, floating: bool) -> Model:
+    """Read the tree of a file that has been checked; see `read_tree`."""
+    path, root = file.path, file.root
     moving = [joint.get("name", "") for joint in root.findall("joint") if joint.get("type") != "fixed"]
     if not moving and not floating:
         raise InvalidValue(f"{path} has no joint that moves; floating=True gives it a floating base")
+    text = ET.tostring(root, encoding="unicode")
     try:
-        if floating:
-            model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
-        else:
-            model = pin.buildModelFromUrdf(str(path))
+        model = (
+            pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+            if floating
+            else pin.buildModelFromXML(text)
+        )
     except (ValueError, RuntimeError, IndexError) as error:
         raise InvalidValue(f"{path} is not a URDF that Pinocchio can read: {error}") from error
     lost = [name for name in moving if not model.existJointName(name)]

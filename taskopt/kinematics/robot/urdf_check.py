@@ -12,6 +12,7 @@ Source:
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -36,24 +37,41 @@ _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _UNEXPANDED = re.compile(r"\$\{|\$\(")
 
 
-def checked_urdf(path: Path) -> tuple[ET.Element, tuple[str, ...]]:
+@dataclass(frozen=True, eq=False)
+class UrdfFile:
+    """A URDF file that has been read and checked.
+
+    Attributes:
+        path: The file.
+        root: Its root element.
+        dropped: One sentence for each kind of thing in it that a `pin.Model` cannot hold.
+    """
+
+    path: Path
+    root: ET.Element
+    dropped: tuple[str, ...]
+
+
+def checked_urdf(path: Path, root: ET.Element | None = None) -> UrdfFile:
     """Read a URDF file, and refuse what would give another robot than the file describes.
 
     Args:
         path: The file.
+        root: Its root element, if it has been parsed already.
 
     Returns:
-        Its root element, and one sentence for each kind of thing that a `pin.Model` cannot hold.
+        The file with its root element.
 
     Raises:
         InvalidValue: The file is no URDF, is unexpanded xacro, is no tree, or a name, number, axis or limit
             is flawed; the message names the file and the element.
     """
-    root = _parsed(path)
+    root = _parsed(path) if root is None else root
     links, joints = root.findall("link"), root.findall("joint")
     _refuse_xacro(path, root)
     if root.tag != "robot" or not links:
-        raise InvalidValue(f"{path} is no URDF: it needs a root element <robot> with links in it")
+        way_out = "; read an MJCF file with Robot.from_mjcf" if root.tag == "mujoco" else ""
+        raise InvalidValue(f"{path} is no URDF: it needs a root element <robot> with links in it{way_out}")
     link_names = names_of(str(path), links, "link")
     names_of(str(path), joints, "joint")
     _check_tree(path, link_names, joints)
@@ -62,7 +80,7 @@ def checked_urdf(path: Path) -> tuple[ET.Element, tuple[str, ...]]:
     dropped = [
         sentence for link in links for sentence in _check_link(f"{path}: link '{link.get('name')}'", link)
     ]
-    return root, (*_dropped_of_joints(joints), *dropped, *_foreign(root))
+    return UrdfFile(path, root, (*_dropped_of_joints(joints), *dropped, *_foreign(root)))
 
 
 def _parsed(path: Path) -> ET.Element:

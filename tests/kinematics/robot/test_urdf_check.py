@@ -217,7 +217,7 @@ def test_robots_of_the_extra_are_loaded_without_a_warning(name):
 def test_every_file_of_the_extra_passes_the_check():
     """The check refuses no file that is in use."""
     for name in set(robot_names()) - set(ARMS):
-        assert checked_urdf(_path(name))[0].tag == "robot"
+        assert checked_urdf(_path(name)).root.tag == "robot"
 
 
 @pytest.mark.parametrize("path", [None, 3, "<robot/>", "x\0y"])
