@@ -37,6 +37,7 @@ from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
 from taskopt.kinematics.task import BoundTask
 from taskopt.loop.loop import Loop
+from taskopt.loop.pose.ranges import PositionRanges
 from taskopt.loop.pose.solution import GoalError
 from taskopt.loop.pose.stack import LARGEST_STEP, STEP, BoundTrustRegion
 from taskopt.resolver.registry import as_resolver
@@ -137,12 +138,13 @@ class Descent:
         stack: The stack, with a `TrustRegion` among its limits.
         robot: The robot.
         required: Number of levels, from the first on, whose errors decide if the goals are met.
+        ranges: Ranges of the coordinates, outside which the goals do not count as met.
 
     Attributes:
         plan: The stack, compiled.
     """
 
-    def __init__(self, stack: Stack, robot: Robot, required: int) -> None:
+    def __init__(self, stack: Stack, robot: Robot, required: int, ranges: PositionRanges) -> None:
         self.plan: Plan = stack.compile(robot, STEP)
         self._loop = Loop(self.plan, as_resolver("active-set"), "raise")
         self._loop.start(robot.posture("middle"), 0.0)
@@ -152,7 +154,7 @@ class Descent:
         self._levels = [[known for known, k in pairs if k == level] for level in range(1, max(numbers) + 1)]
         self._goals = list(chain(*self._levels[:required]))
         self._small = sum(_largest_met(known.task.weight) for known in self._goals)
-        self._required = required
+        self._required, self._ranges = required, ranges
 
     def start(self, q: Array) -> None:
         """Anchor the targets that begin at a posture.
@@ -264,8 +266,8 @@ class Descent:
         return found
 
     def _is_met(self) -> bool:
-        """Return True if every required goal is met at the posture of the last tick."""
-        return all(
+        """Return True if every required goal is met at the posture of the last tick, inside the ranges."""
+        return self._ranges.contain(self.plan.configuration.q) and all(
             value <= allowed
             for known in self._goals
             for value, allowed in zip(_error(known), _ALLOWED, strict=True)

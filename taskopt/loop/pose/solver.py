@@ -15,9 +15,10 @@ from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Latest
 from taskopt.kinematics.task import FrameTask, JointTask, OrientationTask, PositionTask
 from taskopt.loop.pose.descent import Descent, End
+from taskopt.loop.pose.ranges import position_ranges
 from taskopt.loop.pose.solution import PoseSolution, Verdict
 from taskopt.loop.pose.stack import PostureStack, posture_stack
-from taskopt.loop.pose.starts import Starts, moved_inside
+from taskopt.loop.pose.starts import Starts, drawn
 from taskopt.loop.pose.verdict import Evidence, judge, limits_in_the_way, reason_of_success, same_ends
 
 Goals = Mapping[str, Value] | Stack
@@ -84,7 +85,7 @@ class PoseSolver:
         self._near = Latest(robot.posture("middle"))
         self._asked: PostureStack = posture_stack(stack, robot)
         self._required = 1 + bool(self._asked.clearances)
-        self._bounded = any(isinstance(limit, JointPositionLimit) for limit in self._asked.limits)
+        self._ranges = position_ranges(self._asked.limits, robot)
         self._goals  # noqa: B018 (what is wrong with the declaration is said now)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -137,28 +138,30 @@ class PoseSolver:
     @cached_property
     def _goals(self) -> Descent:
         """The descents to the goals alone."""
-        return Descent(self._asked.compiled(below=False), self.robot, self._required)
+        return Descent(self._asked.compiled(below=False), self.robot, self._required, self._ranges)
 
     @cached_property
     def _free(self) -> Descent:
         """The descents to the goals without limits."""
-        return Descent(self._asked.compiled(below=False, with_limits=False), self.robot, 1)
+        without = position_ranges((), self.robot)
+        return Descent(self._asked.compiled(below=False, with_limits=False), self.robot, 1, without)
 
     @cached_property
     def _declared_levels(self) -> Descent:
         """The descents of all levels that were declared."""
-        return Descent(self._asked.compiled(), self.robot, self._required)
+        return Descent(self._asked.compiled(), self.robot, self._required, self._ranges)
 
     @cached_property
     def _levels_and_near(self) -> Descent:
         """The same with a level below them that draws to the posture to stay near."""
         last = JointTask(self._near, name="near")
-        return Descent(self._asked.compiled(last=last), self.robot, self._required)
+        return Descent(self._asked.compiled(last=last), self.robot, self._required, self._ranges)
 
     @cached_property
     def _starts(self) -> Starts:
         """The postures drawn, with the poses of the goals' frames."""
-        return Starts(self.robot, self._goals.plan.tasks, self._count, self._seed)
+        postures = drawn(self.robot, self._count, self._seed, self._ranges)
+        return Starts(self.robot, self._goals.plan.tasks, postures)
 
     def _below(self, near: Array | None, anchor: Array) -> Descent | None:
         """Return the descents of the levels below the goals, with their targets set; None without any."""
@@ -221,9 +224,8 @@ class PoseSolver:
         return any(self._free.reach(begin, _SCAN).met for begin in begins)
 
     def _inside(self, q: ArrayLike) -> Array:
-        """Return a posture from outside as an array, moved into the joint limits where they are in force."""
-        checked = self.robot.checked_q(q)
-        return moved_inside(self.robot, checked) if self._bounded else checked
+        """Return a posture from outside as an array, moved into the position limits that are in force."""
+        return self.robot.coupled(self._ranges.moved_inside(self.robot.checked_q(q)))
 
     def _stack_of(self, goals: Mapping[str, Value], limits: Sequence[Limit]) -> Stack:
         """Return the stack of a mapping of goals, whose targets can be set."""

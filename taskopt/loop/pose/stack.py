@@ -1,7 +1,7 @@
 """What a stack asks of a single posture: goals that stand still, limits on postures, and a bound on the step.
 
 A step of the search takes Δt = 1 s and gain 1 1/s, so that a tick asks for Newton's step, and the velocity of
-a tick is a displacement. Limits on velocity and acceleration speak of motions and bind no posture.
+a tick is a displacement. Tasks and limits of velocity and acceleration speak of motions and bind no posture.
 """
 
 from collections.abc import Iterable, Sequence
@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 
 import numpy as np
 
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import GOAL_POSITION
 from taskopt.jit import kernel_apart
@@ -26,8 +27,15 @@ from taskopt.kinematics.limit.base import narrow_one
 from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
-from taskopt.kinematics.target import WithoutRate, as_target
-from taskopt.kinematics.task import BoundTask, Task
+from taskopt.kinematics.target import Hold, Target, WithoutRate
+from taskopt.kinematics.task import (
+    BoundTask,
+    DampedTask,
+    During,
+    JointVelocityTask,
+    LowAccelerationTask,
+    Task,
+)
 
 STEP = 1.0  # [s] Δt of a tick of the search
 TRUST_REGION = "trust region"  # name of the bound on the step
@@ -82,23 +90,37 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
 
     Raises:
         UnknownName: The robot lacks a joint or link of a limit.
-        InvalidValue: A limit does not fit the robot.
+        InvalidValue: A limit does not fit the robot, or the first level has no goal.
     """
-    levels = tuple(tuple(_still(task) for task in level) for level in stack.levels)
+    levels = tuple(tuple(_still(task) for task in level if not _of_motion(task)) for level in stack.levels)
+    if not levels[0]:
+        raise InvalidValue("the first level has only tasks of velocities, which are no goals; give it a goal")
     distances = [limit for limit in stack.limits if isinstance(limit, ObstacleLimit | SelfCollisionLimit)]
     others = [limit for limit in stack.limits if limit not in distances]
-    kept = tuple(_of_postures(others, robot))
-    return PostureStack(levels, tuple(ClearanceTask(limit) for limit in distances), kept, stack.norm)
+    kept, clearances = _of_postures(others, robot), map(ClearanceTask, distances)
+    return PostureStack(tuple(filter(None, levels)), tuple(clearances), tuple(kept), stack.norm)
+
+
+def _of_motion(task: Task) -> bool:
+    """Return True for a task that speaks of velocities alone, perhaps inside another one."""
+    if isinstance(task, DampedTask | During):
+        return _of_motion(task.task)
+    return isinstance(task, JointVelocityTask | LowAccelerationTask)
 
 
 def _still(task: Task) -> Task:
-    """Return a task with gain 1 and a target without rate, where it has these fields."""
+    """Return a task with gain 1 and a target without rate, where it or the task inside it has them."""
     if not is_dataclass(task):
         return task
-    names = {field.name for field in fields(task)}
-    changes: dict[str, object] = {"gain": 1.0} if "gain" in names else {}
-    if "target" in names:
-        changes["target"] = WithoutRate(as_target(task.target))  # type: ignore[attr-defined]
+    changes: dict[str, object] = {}
+    for field in fields(task):
+        value = getattr(task, field.name)
+        if field.name == "gain":
+            changes["gain"] = 1.0
+        elif field.name == "target" and isinstance(value, Target) and not isinstance(value, Hold):
+            changes["target"] = WithoutRate(value)
+        elif isinstance(value, Task):
+            changes[field.name] = _still(value)
     return replace(task, **changes)
 
 

@@ -8,14 +8,15 @@ from taskopt.arrays import Array
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask
+from taskopt.loop.pose.ranges import PositionRanges
 from taskopt.loop.pose.stack import framed
 
 _ROTATION_SHARE = 0.3  # what a change of R by 1 counts, in units of the spread of the positions
 _NEAR_SHARE = 0.3  # what a change of a joint by 1 rad counts there, where a posture to stay near is given
 
 
-def drawn(robot: Robot, count: int, seed: int) -> Array:
-    """Draw postures uniformly within the position limits.
+def drawn(robot: Robot, count: int, seed: int, within: PositionRanges | None = None) -> Array:
+    """Draw postures uniformly within the position limits, with coupled joints where their leaders put them.
 
     Joints that turn without limit are drawn from half a turn to either side, others from 1 m.
 
@@ -23,6 +24,7 @@ def drawn(robot: Robot, count: int, seed: int) -> Array:
         robot: The robot.
         count: How many.
         seed: Seed of the random numbers.
+        within: Ranges inside those of the robot, such as those of limits with margins.
 
     Returns:
         Postures, (count, nq) [rad, m].
@@ -32,26 +34,14 @@ def drawn(robot: Robot, count: int, seed: int) -> Array:
     zero = np.where(has, robot.neutral[robot.position_index], 0.0)
     reach = np.array([np.pi if unit == "rad" else 1.0 for unit in robot.coordinate_units])
     lower, upper = robot.position_lower - zero, robot.position_upper - zero
+    if within is not None:
+        own = within.columns
+        lower[own] = np.maximum(lower[own], within.lower - zero[own])
+        upper[own] = np.minimum(upper[own], within.upper - zero[own])
     low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * reach, -reach))
     high = np.where(np.isfinite(upper), upper, low + 2.0 * reach)
     moves = rng.uniform(low, high, (count, robot.nv))
-    return np.array([robot.integrate(robot.neutral, v, 1.0) for v in moves])
-
-
-def moved_inside(robot: Robot, q: Array) -> Array:
-    """Move a posture into the position limits.
-
-    Args:
-        robot: The robot.
-        q: Posture, (nq,) [rad, m].
-
-    Returns:
-        A new array, (nq,).
-    """
-    out, has = q.copy(), robot.position_index >= 0
-    places = robot.position_index[has]
-    out[places] = np.clip(out[places], robot.position_lower[has], robot.position_upper[has])
-    return out
+    return np.array([robot.coupled(robot.integrate(robot.neutral, v, 1.0)) for v in moves])
 
 
 class Starts:
@@ -63,13 +53,12 @@ class Starts:
     Args:
         robot: The robot.
         tasks: The goals as bound.
-        count: Number of postures.
-        seed: Seed of the random numbers.
+        postures: The postures, (count, nq) [rad, m].
     """
 
-    def __init__(self, robot: Robot, tasks: Sequence[BoundTask], count: int, seed: int) -> None:
+    def __init__(self, robot: Robot, tasks: Sequence[BoundTask], postures: Array) -> None:
         self._robot, self._goals = robot, framed(tasks)
-        self._postures = drawn(robot, count, seed)
+        self._postures, count = postures, len(postures)
         configuration, poses = Configuration(robot, robot.neutral), []
         for q in self._postures:
             configuration.update(q)

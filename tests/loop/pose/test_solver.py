@@ -12,6 +12,8 @@ from taskopt import (
     Array,
     CentreOfMassTask,
     Configuration,
+    DampedTask,
+    During,
     FrameTask,
     Hold,
     InvalidValue,
@@ -19,7 +21,10 @@ from taskopt import (
     JointPositionLimit,
     JointTask,
     JointVelocityLimit,
+    JointVelocityTask,
     Latest,
+    Line,
+    LowAccelerationTask,
     ObstacleLimit,
     PoseSolution,
     PoseSolver,
@@ -28,6 +33,7 @@ from taskopt import (
     SelfCollisionLimit,
     Sphere,
     Stack,
+    Task,
     UnknownName,
     Verdict,
     anthropomorphic_with_wrist,
@@ -427,3 +433,62 @@ def test_joints_that_turn_without_end_are_found() -> None:
         found = solve_pose(robot, {frame: target}, near=robot.posture("middle"))
         assert found.solved
         np.testing.assert_allclose(Configuration(robot, found.q).pose(frame), target, atol=3e-6)
+
+
+def test_margins_of_joint_limits_are_kept() -> None:
+    """A margin of 0.2 rad holds at every answer, wherever the search begins, and its limit is named."""
+    robot = planar_arm([UPPER, FORE], lower=[-3.0, -1.0], upper=[3.0, 1.0])
+    solver = PoseSolver(robot, {"tip": (0.76, 0.0, 0.0)}, limits=[JointPositionLimit(margin=0.2)])
+    for start in ([0.0, 0.95], [2.95, 0.0], [0.0, -1.0]):
+        found = solver.solve(start=start)
+        assert found.solved
+        assert np.abs(found.q[1]) <= 0.8 + 1e-9
+    held = solver.solve({"tip": (0.69, 0.0, 0.0)})
+    x = np.sqrt(UPPER**2 + FORE**2 + 2.0 * UPPER * FORE * np.cos(0.8))
+    assert held.verdict is Verdict.LIMIT
+    assert held.limits[0].startswith("joint_position/joint2")
+    assert held.errors["tip position"].position == pytest.approx(x - 0.69, abs=1e-8)
+
+
+def test_a_posture_outside_the_ranges_is_no_solution() -> None:
+    """Planted: ranges that do not hold the answer, and the same errors count as met no longer."""
+    robot = planar_arm([UPPER, FORE], lower=-3.0, upper=3.0)
+    solver = PoseSolver(robot, {"tip": (0.4, 0.3, 0.0)})
+    assert solver.solve().solved
+    moved = solver._ranges.lower + 6.5
+    object.__setattr__(solver._ranges, "lower", moved)
+    assert not solver.solve(starts=3).solved
+
+
+def test_coupled_joints_stay_coupled() -> None:
+    """Both fingers of a Panda are one motion: the answer keeps the couplings of the file."""
+    robot = Robot.load("panda")
+    assert robot.couplings
+    target = Configuration(robot, drawn(robot, 1, 3)[0]).pose("panda_hand")
+    found = solve_pose(robot, {"panda_hand": target})
+    assert found.solved
+    np.testing.assert_allclose(robot.coupled(found.q), found.q, atol=1e-9)
+
+
+def test_tasks_of_velocities_are_no_goals() -> None:
+    """They change no answer beside or below a goal, timed or not; a first level of them is refused."""
+    hand = PositionTask("tip", target=Line(to=(0.6, 0.2, 0.0), duration=1.0))
+    moving: list[Task] = [JointVelocityTask({"joint1": 1.0}), During(LowAccelerationTask(), end=5.0)]
+    with_motion = Stack([[hand, *moving], moving], [JointPositionLimit()])
+    q = np.array([0.3, 0.4, 0.5])
+    found = solve_pose(THREE, with_motion, start=q)
+    assert found.solved
+    np.testing.assert_array_equal(
+        found.q, solve_pose(THREE, Stack([[hand]], [JointPositionLimit()]), start=q).q
+    )
+    with pytest.raises(InvalidValue, match="no goals"):
+        solve_pose(THREE, Stack([moving]))
+
+
+def test_a_task_inside_another_is_taken_as_it_is_at_rest() -> None:
+    """A damped task with a high gain is a goal like the task alone."""
+    goal = PositionTask("tip", target=(0.6, 0.2, 0.0), gain=50.0)
+    found = solve_pose(THREE, Stack([[DampedTask(goal, 0.1)]], [JointPositionLimit()]))
+    assert found.solved
+    tip = (np.array([0.5, 0.3, 0.2]) * np.exp(1j * np.cumsum(found.q))).sum()
+    assert abs(tip - (0.6 + 0.2j)) <= 1e-6
