@@ -1,4 +1,4 @@
-"""Tasks: what a stack may ask for."""
+"""Tasks: the goals that a stack puts into levels."""
 
 from taskopt.kinematics.task.alignment import AxisAlignmentTask as AxisAlignmentTask
 from taskopt.kinematics.task.alignment import LookAtTask as LookAtTask

@@ -17,8 +17,8 @@ class AimedTask(BoundTask):
     """A task with a target x_d(t).
 
     Attributes:
-        goal: The desired value as of the last tick, a pose (4, 4) or a posture (nq,); a class that derives
-            from this one assigns it, and anew in `use` where it is a view into the memory.
+        goal: The desired value of the last tick, a pose (4, 4) or a posture (nq,). Derived classes assign it;
+            where it is a view into the memory, they assign it again in `use`.
     """
 
     goal: Array
@@ -29,7 +29,7 @@ class AimedTask(BoundTask):
 
         Args:
             target: The target.
-            space: Space in which it lives.
+            space: Space of its values, see `taskopt.kinematics.space`.
         """
         self._target, self._space, self.fixed_target = target, space, isinstance(target, Hold)
 
@@ -49,7 +49,8 @@ class AimedTask(BoundTask):
         """Replace the target at the beginning of a tick.
 
         Args:
-            target: A target, which begins at the present desired value; or a converted value to hold.
+            target: A `Target`, which begins at the present desired value; or a pose (4, 4) or posture (nq,)
+                to hold.
             t: Time [s].
 
         Raises:
@@ -69,16 +70,16 @@ class AimedTask(BoundTask):
 
 
 class _TargetParameter:
-    """The parameter "target": a `Target`, which begins at the change, or a value, at once or over a time."""
+    """The parameter "target": a new `Target`, or a new value that is reached at once or over a time."""
 
     def __init__(self, task: AimedTask) -> None:
         self._task = task
 
     def checked(self, value: Setting, over: float) -> Target | Array:
-        """Return a `Target`, or a converted value to hold; see `Parameter.checked`.
+        """Return a `Target`, or a value to hold as a pose or posture; see `Parameter.checked`.
 
         Raises:
-            InvalidValue: The value does not fit the task, or a `Target` is to be blended.
+            InvalidValue: The value does not fit the task, or a `Target` is given together with `over`.
         """
         goal = self._task.goal
         if isinstance(value, np.ndarray) and value.shape == goal.shape and over == 0.0:
@@ -105,5 +106,5 @@ class _TargetParameter:
 
 
 def _still(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (a `Course`)
-    """Hold what was written before."""
+    """Leave the value as it is: a `Course` of a target that stands still."""
     return False

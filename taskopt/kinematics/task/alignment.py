@@ -1,4 +1,4 @@
-"""An axis of a frame that is to point along a direction or at a point: two rows across the axis.
+"""Tasks that point an axis of a frame along a direction or at a point, by two rows across the axis.
 
 Let a be the axis and c the direction that it should have, both in the frame. With φ the angle between them,
 p the unit vector across a towards c, and ŝ = a × p, the error is the turn φ ŝ that carries a to c by the
@@ -32,9 +32,10 @@ from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weig
 class AxisAlignmentTask(Task):
     """Turn an axis of a frame parallel to a direction of the world: E [c]× Rᵀ J_O v = −K e, two rows.
 
-    c = Rᵀ d is the direction in the frame, e the turn that carries the axis to it by the shortest way, along
-    two unit vectors across the axis, and E = ∂e/∂c (see the module). The turn about the axis itself stays
-    free. Rows "tilt 1" and "tilt 2" [rad/s].
+    R is the rotation of the frame and J_O the rotational part of its Jacobian, in the axes of the world.
+    c = Rᵀ d is the direction d in the frame. The error e is the shortest turn that carries the axis to c,
+    given by its two coordinates across the axis, and E = ∂e/∂c (see the module). The turn about the axis
+    itself stays free. Rows "tilt 1" and "tilt 2" [rad/s].
 
     Args:
         frame: Name of the frame.
@@ -82,9 +83,11 @@ class AxisAlignmentTask(Task):
 
 @dataclass(frozen=True, eq=False)
 class LookAtTask(Task):
-    """Turn an axis of a frame at a point: the direction is that from the frame's origin to the point.
+    """Point an axis of a frame at a target point p_d.
 
-    With d and ℓ direction and length of the line of sight, c = Rᵀ d, and e and E as in `AxisAlignmentTask`,
+    The line of sight goes from the origin of the frame to p_d; d is its direction (a unit vector) and ℓ its
+    length. With c = Rᵀ d, J_P and J_O the two parts of the frame's Jacobian, and e and E as in
+    `AxisAlignmentTask`,
 
         A = −E ([c]× Rᵀ J_O − Rᵀ J_P/ℓ),   b = E Rᵀ ṗ_d/ℓ + K e.
 
@@ -201,7 +204,7 @@ class BoundLook(_BoundTurn, AimedTask):
 
 
 def unit(name: str, value: ArrayLike) -> Array:
-    """Return a direction at length 1.
+    """Scale a vector to length 1.
 
     Args:
         name: What the value is called in messages.
@@ -211,7 +214,7 @@ def unit(name: str, value: ArrayLike) -> Array:
         Its direction, (3,).
 
     Raises:
-        InvalidValue: It is not three finite numbers, or too short to have a direction.
+        InvalidValue: The vector is not three finite numbers, or is too short to have a direction.
     """
     vector = finite(name, value, (3,))
     length = float(np.linalg.norm(vector))

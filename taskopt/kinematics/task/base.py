@@ -33,7 +33,8 @@ class BoundTask(RowPart):
         row_units: Unit of b for each row.
         gain: K [1/s], one number or one for each row.
         weight: Factor of ½ (A v − b)² within the level, one number or one for each row.
-        column: For each row j if it is the unit vector e_j for good, else −1; None: −1 for all.
+        column: For each row, the index j of the velocity if the row of A is always the unit vector e_j, else
+            −1. None means −1 for all rows.
 
     Attributes:
         gain: K [1/s], (m,).
@@ -71,14 +72,14 @@ class BoundTask(RowPart):
         self.error: Array = np.zeros(m)
 
     def moved(self, v: Array) -> None:
-        """Take a velocity for the one that the robot has until the next tick.
+        """Tell the task the velocity that the robot has until the next tick.
 
         Args:
             v: Velocity, (nv,) [rad/s, m/s].
         """
 
     def each_weight(self, weight: ArrayLike) -> Array | float:
-        """Return a weight for each row of the plan, of what a user wrote while the stack runs.
+        """Convert a weight that was set at run time to one weight for each row in the plan.
 
         Args:
             weight: One number, or one for each row (m,).
@@ -94,7 +95,7 @@ class BoundTask(RowPart):
         return _each(f"weight of '{self.name}'", weight, len(self.row_names), ())
 
     def each_gain(self, gain: ArrayLike) -> Array | float:
-        """Return a gain for each row of the plan, of what a user wrote while the stack runs.
+        """Convert a gain that was set at run time to one gain for each row in the plan.
 
         Args:
             gain: K [1/s], one number, or one for each row (m,).
@@ -117,7 +118,7 @@ class BoundTask(RowPart):
         return each
 
     def rows_of_axes(self, axes: Setting) -> BoolArray:
-        """Return which rows a choice of axes takes, of what a user wrote while the stack runs.
+        """Convert a choice of axes that was set at run time to one truth value for each row in the plan.
 
         Args:
             axes: Names of rows, or one truth value for each row.
@@ -157,7 +158,7 @@ class Task:
 
     @property
     def obstacles(self) -> Sequence[Shape]:
-        """Shapes that the task looks at, to be drawn; none for most tasks."""
+        """Shapes that the task depends on, which a viewer draws; none for most tasks."""
         return ()
 
     def bind(self, robot: Robot, name: str) -> BoundTask:
@@ -176,19 +177,19 @@ class Task:
         raise NotImplementedError(f"{type(self).__name__} lacks bind()")
 
     def default_name(self) -> str:
-        """Return what the stack calls this task if it has no name: its class in words, without "Task"."""
+        """Return the name of a task that was given none: its class in words, without "Task"."""
         words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", type(self).__name__.removesuffix("Task"))
         return words.lower()
 
 
 @kernel
 def task_rate(feedforward, gain, error):
-    """Return the rate that a row asks for, b = feedforward + K e.
+    """Return the right-hand side of a row, b = feedforward + K e.
 
     Where A v = b, the error dies out as ė = −K e.
 
     Args:
-        feedforward: ∂e/∂t, what keeps up with a moving target.
+        feedforward: ∂e/∂t, the rate of the target, in the unit of the error per second.
         gain: K [1/s].
         error: e, target minus actual value.
 
@@ -252,7 +253,7 @@ def _each(name: str, value: ArrayLike, count: int, pair: tuple[int, ...]) -> Arr
 
 
 def rate_units(units: Iterable[str]) -> tuple[str, ...]:
-    """Return the units of rates of change.
+    """Convert units of values to units of their rates of change.
 
     Args:
         units: Units of values, such as "rad", or "" for a plain number.

@@ -127,9 +127,10 @@ def centre_of_mass_rows(parameters, memory, state, rows):
     J_c = μ/M (v + ω × s), with M the mass of the robot.
 
     Args:
-        parameters: m, number of joints, the m rows chosen of three, the parent of each joint, and the joint
-            of each column.
-        memory: A table with six columns, flat.
+        parameters: Flat array of integers: m, the number of joints, the m rows chosen of three, the parent of
+            each joint, and the joint of each column (nv of them).
+        memory: Flat table with six columns: target and actual pose, rate, gains, errors, then the joints'
+            masses.
         state: The robot, see `RobotState`.
         rows: The m rows, see `RowArrays`.
     """
@@ -168,7 +169,7 @@ def centre_of_mass_rows(parameters, memory, state, rows):
 
 @kernel
 def _carried_into(placements, parents, body, carried):
-    """Sum the masses of all that each joint carries, and their centres times mass, from the tips to the root.
+    """Sum mass, and centre times mass, of all bodies that each joint carries, from the tips to the root.
 
     Args:
         placements: (joints, 12) poses of the joints, rotations by columns, see `RobotState`.

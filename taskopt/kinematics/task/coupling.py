@@ -1,4 +1,4 @@
-"""Linear relations between joints as tasks: a sum of joint variables, or any rows A (q ⊖ q₀) = b."""
+"""Tasks that keep linear relations between joints: a weighted sum, or any rows A (q ⊖ q₀) = b."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -87,12 +87,12 @@ class JointCouplingTask(Task):
     """Couple joints: Σ a_i q_i = b, one row Σ a_i v_i = K (b − Σ a_i q_i).
 
     `JointCouplingTask({"left": 1.0, "right": -1.0})` keeps two joints at the same angle. The coefficients
-    never change, so that the row costs next to nothing. On the first level it acts as a transmission: nothing
-    below can break it.
+    never change, so that the row costs next to nothing. On the first level the row acts as a transmission,
+    which no task below can break.
 
     Args:
-        ratios: Coefficient a_i of each joint, by name; the joints have one degree of freedom and no endless
-            turns.
+        ratios: Coefficient a_i of each joint, by name. The joints have one degree of freedom and are not
+            continuous.
         offset: b, in the unit of the sum [rad, m].
         gain: K [1/s]. More lets the error die out faster; it must stay below 2/Δt.
         weight: Factor of ½ (Σ a_i v_i − K e)² within the level. More lets this task win over others of the
@@ -131,7 +131,7 @@ class JointCouplingTask(Task):
 
         Raises:
             UnknownName: The robot has no joint of that name.
-            InvalidValue: A joint has several degrees of freedom, or turns without end.
+            InvalidValue: A joint has several degrees of freedom, or is continuous.
         """
         A, kinds = np.zeros((1, robot.nv)), coordinate_table(robot)[:, 0]
         for joint, ratio in self.ratios.items():
@@ -194,6 +194,6 @@ class BoundLinear(BoundTask):
 
 
 def _units(robot: Robot, A: Array) -> list[str]:
-    """Return the unit of each row: that of its coordinates if they have one in common, else none."""
+    """Return the unit of each row: the common unit of its coordinates, or "" if their units differ."""
     of_rows = [{robot.coordinate_units[j] for j in np.flatnonzero(row)} for row in A]
     return ["" if len(units) > 1 else rate_units(units)[0] for units in of_rows]

@@ -18,16 +18,17 @@ from taskopt.kinematics.task.transition import During
 
 @dataclass(frozen=True, eq=False)
 class DampedTask(Task):
-    """Damp a task by as much as it is off: its rows, and k v = 0 for all velocities with k² = μ Σ w_i e_i².
+    """Add rows k v = 0 to a task, whose factor k² = μ Σ w_i e_i² grows with the error of the task.
 
-    Far from its target, where a task that cannot be met would ask for large velocities, it slows down; at the
-    target nothing is damped. Beside the rows of the task there is one row for each velocity, without a unit.
-    While the error is not zero they ask for every joint, so that levels below get nothing; `LevelDamping`
-    with `Sugihara` damps what its level decides and no more.
+    Far from its target a task that cannot be met asks for large velocities; the damping slows it down there,
+    and vanishes at the target. After the rows of the task there is one row for each velocity, without a unit.
+    While the error is not zero these rows decide the velocity of every joint, so that nothing is left to the
+    levels below. `LevelDamping` with `Sugihara` damps only the directions that its level decides.
 
     Args:
-        task: The task, not one that is timed or damps its level. `During` takes a damped task.
-        factor: μ ≥ 0 [1/rad², 1/m²]. More slows the task down earlier.
+        task: The task; not a `During`, `LevelDamping` or `DampedTask`. To time a damped task, put it into
+            `During`.
+        factor: μ ≥ 0 [1/rad², 1/m²]. A larger factor slows the task down at smaller errors.
         name: Name in logs and plots. Default: the name of the task.
 
     Raises:
@@ -52,7 +53,7 @@ class DampedTask(Task):
 
     @property
     def obstacles(self) -> Sequence[Shape]:
-        """Shapes that the task looks at, to be drawn."""
+        """Shapes that the task depends on, which a viewer draws."""
         return self.task.obstacles
 
     def default_name(self) -> str:
@@ -89,7 +90,7 @@ class BoundDamped(BoundTask):
         self.follows_velocity = inner.follows_velocity
 
     def moved(self, v: Array) -> None:
-        """Hand the velocity on to the task; see `BoundTask.moved`."""
+        """Tell the task the velocity; see `BoundTask.moved`."""
         self._inner.moved(v)
 
     def prepare(self, rows: LevelRows) -> None:

@@ -1,4 +1,4 @@
-"""Standing still as a task, and the base of tasks that ask for a joint velocity outright."""
+"""The task of standing still, whose rows are also the base of those of `GradientTask`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -83,9 +83,11 @@ class FrameTask(_OfFrame):
         own axes     e = log6(T⁻¹ T_d),                A = Jlog6(T_d⁻¹ T) J_own
         world axes   e = [p_d − p; log3(R_d Rᵀ)],      A = [J_P; Jlog3(R_d Rᵀ) J_O]
 
-    Rows x, y, z [m/s] and rx, ry, rz [rad/s], along the axes of the frame or of the world. In own axes
-    translation and rotation are coupled, and the frame goes to its target on a screw; in world axes its
-    origin goes straight. A is the exact derivative of e in both, so that the error dies out as ė = −K e.
+    J_own is the Jacobian of the frame in its own axes; J_P and J_O are the positional and the orientational
+    part of its Jacobian in the axes of the world. Rows x, y, z [m/s] and rx, ry, rz [rad/s], along the axes
+    of the frame or of the world. In own axes translation and rotation are coupled, and the frame goes to its
+    target on a screw; in world axes its origin goes straight. A is the exact derivative of e in both, so that
+    the error dies out as ė = −K e.
 
     Args:
         frame: Name of the frame.
@@ -123,7 +125,9 @@ class PositionTask(_OfFrame):
         world axes   e = p_d − p,           A = J_P
         own axes     e = Rᵀ (p_d − p),      A = Rᵀ J_P − [e]× Rᵀ J_O
 
-    Rows x, y, z [m/s] along the axes of the world, or of the frame, whose turning is in A then.
+    R is the rotation of the frame, and J_P and J_O are the positional and the orientational part of its
+    Jacobian. Rows x, y, z [m/s] along the axes of the world, or along those of the frame; the second term of
+    A then accounts for the turning of the frame.
 
     Args:
         frame: Name of the frame.
@@ -158,8 +162,8 @@ class OrientationTask(_OfFrame):
 
         own axes     e = log3(Rᵀ R_d),      world axes   e = log3(R_d Rᵀ),
 
-    the rotation vector of length in [0, π] either way, and A the exact derivative of −e. There is no
-    quaternion whose sign could send the arm the long way round. Rows rx, ry, rz [rad/s].
+    Both errors are rotation vectors of length in [0, π], so that the frame always turns the short way. A is
+    the exact derivative of −e. Rows rx, ry, rz [rad/s].
 
     Args:
         frame: Name of the frame.
@@ -190,7 +194,7 @@ class OrientationTask(_OfFrame):
 
 
 class BoundFrame(AimedTask):
-    """Any of the three tasks for one robot; its kernel reads `parameters` and `memory` (`frame_kernel`).
+    """A `FrameTask`, `PositionTask` or `OrientationTask` for one robot; `frame_kernel` fills its rows.
 
     Args:
         name: Name of the task in its plan.
@@ -252,14 +256,14 @@ class BoundFrame(AimedTask):
         }
 
     def each_weight(self, weight: ArrayLike) -> Array | float:
-        """Return a weight for each row; a pair is one for position and one for orientation."""
+        """Return a weight for each row (m,), where a pair means one for position and one for orientation."""
         if isinstance(weight, float):
             return super().each_weight(weight)
         pair = np.size(weight) == 2 and len(self._rows) != 2
         return super().each_weight(np.repeat(weight, 3)[self._rows] if pair else weight)
 
     def rows_of_axes(self, axes: Setting) -> BoolArray:
-        """Return which rows a choice of axes takes: letters as in the declaration, or names of rows."""
+        """Return one truth value for each row (m,) from letters, as in the declaration, or names of rows."""
         if not isinstance(axes, str) or axes in self.row_names[3:]:
             return super().rows_of_axes(axes)
         if axes in self._masks:
@@ -274,5 +278,5 @@ class BoundFrame(AimedTask):
         return self._masks.setdefault(axes, np.isin(self._rows, wanted))
 
     def _write_gain(self) -> None:
-        """Hand the gains on to the kernel."""
+        """Write the gains for the kernel."""
         self._table[k.GAIN, self._rows] = self.gain

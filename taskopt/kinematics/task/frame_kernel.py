@@ -1,4 +1,4 @@
-"""The rows of a frame task as one kernel: pose, error, its exact derivative, and the rate that is asked for.
+"""The kernel of the frame tasks, which fills their rows: the error, its exact derivative, and b.
 
 The spatial Jacobian J (6, nv) of Pinocchio has columns (v_j, ω_j): the velocity of the point of the body that
 passes the origin of the world, and the angular velocity. With p and R the origin and rotation of the frame,
@@ -40,9 +40,9 @@ def frame_rows(parameters, memory, state, rows):
     """Fill the rows of a frame task.
 
     Args:
-        parameters: Mode, index of the frame's joint, m, the m rows chosen of six, and the columns of the
-            joint velocities that move the frame.
-        memory: Table of `MEMORY_SHAPE`, flat.
+        parameters: Flat array of integers: the mode, the index of the frame's joint, m, the m rows chosen of
+            six, and the columns of the joint velocities that move the frame.
+        memory: Flat table of shape `MEMORY_SHAPE`, which holds poses, target rate, gains and errors.
         state: The robot, see `RobotState`.
         rows: The m rows, see `RowArrays`.
     """
@@ -129,7 +129,7 @@ def _position(T, memory, error, M):
 
 @kernel
 def _acting(mode, T, memory):
-    """Return w_d, the twist of the target where it acts on the error, six numbers."""
+    """Return the twist w_d of the target at the point where it acts on the error, as six numbers."""
     vx, vy, vz = memory[TWIST, 0], memory[TWIST, 1], memory[TWIST, 2]
     wx, wy, wz = memory[TWIST, 3], memory[TWIST, 4], memory[TWIST, 5]
     if mode == OWN:

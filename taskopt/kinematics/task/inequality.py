@@ -1,8 +1,8 @@
-"""Inequality tasks: the origin of a frame in a box, and a line of sight in a cone, at any level of a stack.
+"""Inequality tasks, which keep the origin of a frame in a box or a line of sight in a cone, at any level.
 
-They ask for nothing while they are met. On the way to the edge they are velocity dampers: a coordinate c with
-c ≤ c_max gets ċ ≤ K (c_max − c), so that the edge is approached no faster than ċ = −K (c − c_max), and left
-at that rate from beyond it. One Euler step oversteps the edge where K Δt > 1.
+Such a task leaves the motion free well inside the edge and slows it down near the edge, as a velocity damper:
+c ≤ c_max becomes ċ ≤ K (c_max − c). Beyond the edge the right-hand side is negative, so that c returns at
+that rate. One Euler step may pass the edge if K Δt > 1.
 
 Source:
     Faverjon and Tournassoud (1987), IEEE International Conference on Robotics and Automation.
@@ -29,8 +29,9 @@ from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 class BoxTask(Task):
     """Keep the origin p of a frame in a box: K (lower − p) ≤ J_P v ≤ K (upper − p).
 
-    One row [m/s] for each axis x, y, z of the world that has a closed side, with J_P of (3.5). The error is
-    how far p is outside, towards the box [m].
+    J_P is the positional part of the frame's Jacobian (3.5). There is one row [m/s] for each axis x, y, z of
+    the world that has a closed side. The error is the distance of p from the box along that axis [m], signed
+    towards the box, and 0 inside.
 
     Args:
         frame: Name of the frame.
@@ -38,8 +39,8 @@ class BoxTask(Task):
         upper: Upper sides (3,) [m] in the world; inf where a side is open.
         gain: K [1/s], one number or three. More lets p come closer to a side before the row brakes, and
             brings it back faster from outside.
-        weight: Factor of ½ d² within the level [s²/m²], d being how much a row is missed: one number or
-            three. More lets this task win over others of the same level.
+        weight: Factor of ½ d² within the level [s²/m²], with d the violation of a row: one number or three.
+            More lets this task win over others of the same level.
         name: Name in logs and plots. Default: the name of the frame and "in box".
 
     Raises:
@@ -80,7 +81,7 @@ class BoxTask(Task):
 
 @dataclass(frozen=True, eq=False)
 class GazeTask(Task):
-    """Look at a point from within a cone: φ̇ ≤ K (φ_max − φ), φ the angle between axis and line of sight.
+    """Keep the angle φ between an axis of a frame and its line of sight below φ_max: φ̇ ≤ K (φ_max − φ).
 
     The line of sight goes from the origin p of the frame to the point p_d. With u the axis in the world, d
     and ℓ the direction and length of the line of sight, and n = u × d / sin φ,
@@ -96,12 +97,12 @@ class GazeTask(Task):
         axis: Direction (3,) in which the frame looks, in its own axes.
         gain: K [1/s]. More lets φ come closer to the edge of the cone before the row brakes, and brings it
             back faster from outside.
-        weight: Factor of ½ d² within the level [s²/rad²], d being how much the row is missed. More lets this
+        weight: Factor of ½ d² within the level [s²/rad²], with d the violation of the row. More lets this
             task win over others of the same level.
         name: Name in logs and plots. Default: the name of the frame and "gaze".
 
     Raises:
-        InvalidValue: A number is out of its range, or the axis is no direction.
+        InvalidValue: A number is out of its range, or the axis has no direction.
     """
 
     frame: str
@@ -135,7 +136,7 @@ class GazeTask(Task):
 
 
 class BoundBox(BoundTask):
-    """Rows of the axes that have a closed side.
+    """The rows of a `BoxTask`: one for each axis that has a closed side.
 
     Args:
         robot: The robot.
@@ -171,7 +172,7 @@ class BoundBox(BoundTask):
 
 
 class BoundGaze(AimedTask):
-    """The one row of a line of sight.
+    """The one row of a `GazeTask`.
 
     Args:
         robot: The robot.
@@ -228,11 +229,11 @@ def gaze_into(pose, jacobian, axis, point, twist, row):
         jacobian: Geometric Jacobian of the frame in the axes of the world, (6, nv).
         axis: Unit axis in the frame, (3,).
         point: Pose (4, 4) whose translation is the point in the world [m].
-        twist: Velocity of the point, then three numbers that are not read, (6,) [m/s].
+        twist: Velocity of the point in the world [m/s], then three numbers that are not read, (6,).
         row: ∂φ/∂v, (nv,), written here.
 
     Returns:
-        φ in [0, π] [rad], and how fast the motion of the point alone increases it [rad/s].
+        φ in [0, π] [rad], and the rate of φ that the motion of the point alone causes [rad/s].
     """
     u, d, n, across = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     length = 0.0

@@ -1,4 +1,4 @@
-"""Tasks in joint space: a posture, or the path of one."""
+"""Tasks in joint space, which bring joints to a posture or along a path of postures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,9 +21,10 @@ from taskopt.kinematics.task.base import Task, gains, rate_units, task_rate, wei
 class JointTask(Task):
     """Bring joints to a target posture q_d(t): v = q̇_d + K e with e = q_d ⊖ q.
 
-    One row for each velocity of each joint [rad/s, m/s]. The difference is taken on the manifold: continuous
-    joints go the short way round, and a free-flyer or ball joint that is named has A = −∂e/∂v, the exact
-    derivative. For all other joints the rows are unit vectors.
+    One row for each velocity of each joint [rad/s, m/s]. The difference q_d ⊖ q is taken on the manifold, so
+    that continuous joints go the short way round. The rows of a joint with one degree of freedom are unit
+    vectors; those of a free-flyer or ball joint, which must be named in `joints`, are A = −∂e/∂v, the exact
+    derivative.
 
     Args:
         target: Target posture: all of it (nq,), one number for each joint [rad, m], a mapping from joint to
@@ -64,7 +65,7 @@ class JointTask(Task):
         """Return the rows for a robot; see `Task.bind`.
 
         Raises:
-            InvalidValue: The task has no joint, or gains or weights of another number than its joints have.
+            InvalidValue: The task has no joint, or the number of gains or weights does not fit its rows.
             UnknownName: The robot has no joint of that name.
         """
         joints = one_dof_joints(robot) if self.joints is None else tuple(self.joints)
@@ -82,7 +83,7 @@ class JointTask(Task):
 
 
 def one_dof_joints(robot: Robot) -> tuple[str, ...]:
-    """Return the names of the joints with one velocity each: all that have a motor, on most robots.
+    """Return the names of the joints with one velocity each; on most robots these are all with a motor.
 
     Args:
         robot: The robot.
@@ -95,7 +96,7 @@ def one_dof_joints(robot: Robot) -> tuple[str, ...]:
 
 
 class BoundJoints(AimedTask):
-    """Joints with one degree of freedom: the rows are unit vectors, and only b changes.
+    """The rows of a `JointTask` whose joints have one degree of freedom: unit vectors; only b changes.
 
     Args:
         robot: The robot.
@@ -122,7 +123,7 @@ class BoundJoints(AimedTask):
 
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.
-            space: The joints that it speaks of.
+            space: The joints for which it has values.
         """
         self.take_target(target, space)
 
@@ -145,7 +146,7 @@ class BoundJoints(AimedTask):
 
 
 class BoundPosture(BoundJoints):
-    """Joints of any kind, free-flyers and ball joints included: e = q_d ⊖ q, A = −∂e/∂v.
+    """The rows of a `JointTask` with joints of any kind: e = q_d ⊖ q, A = −∂e/∂v.
 
     Args:
         robot: The robot.
@@ -179,9 +180,10 @@ def joint_rows(parameters, memory, state, rows):
     """Fill the bounds of joints with one degree of freedom; their A never changes.
 
     Args:
-        parameters: m, nq, nv, and for each of the m rows its column, its kind of coordinate and its place
-            in q.
-        memory: 1.0 if the target moves (1), target posture (nq), its rate (nv), gains (m), errors (m).
+        parameters: Flat array of integers: m, nq, nv, and for each of the m rows its column, its kind of
+            coordinate and its place in q.
+        memory: Flat array: 1.0 if the target moves, else 0.0; target posture (nq,), its rate (nv,), gains
+            (m,), errors (m,).
         state: The robot, see `RobotState`.
         rows: The m rows, see `RowArrays`.
     """

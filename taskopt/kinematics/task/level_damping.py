@@ -1,4 +1,4 @@
-"""Damped least squares (3.59) as rows of a level, with k² from a policy for each singular direction."""
+"""Damped least squares (3.59) as rows of a level; a policy gives the factor k² of each singular direction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,13 +23,13 @@ class LevelDamping(Task):
     The u_i are the right singular vectors of the equality rows of the other tasks, as they stand in the null
     space of the levels before. The level then costs ½ ‖b − J v‖² + ½ Σ k_i² (u_iᵀ v)² and is answered by
     (3.59). Unlike `DampingTask` it asks for nothing else: what the level leaves free stays free for the
-    levels below. With one in every level, the resolver `dls` is the closed form. There is at most one in a
-    level, beside at least one other task; inequality rows are not damped. Rows have no unit.
+    levels below. If every level has one, the resolver `dls` computes the same answer in closed form. A level
+    has at most one `LevelDamping`, beside at least one other task. Inequality rows are not damped. Rows have
+    no unit.
 
     Args:
-        damping: Policy that gives k_i² for each singular value, see `taskopt.hierarchy.damping`. A policy
-            with larger k_i² keeps velocities smaller near singularities, and lets the tasks lag farther
-            behind.
+        damping: Policy that gives k_i² for each singular value, see `taskopt.hierarchy.damping`. Larger k_i²
+            keep velocities smaller near singularities, and let the tasks lag farther behind.
         name: Name in logs and plots. Default: the name of the policy and "damping".
 
     Raises:
@@ -59,7 +59,7 @@ class LevelDamping(Task):
 
 
 class BoundLevelDamping(BoundTask):
-    """As many rows as its level has directions; the plan says how many, and calls `damp` last of all.
+    """The rows of a `LevelDamping`; the plan calls `fit` to set their number, and `damp` to write them.
 
     Args:
         damping: Policy that gives k_i².
@@ -87,7 +87,7 @@ class BoundLevelDamping(BoundTask):
         self._size(self.name, min(rows, self._most))
 
     def _size(self, name: str, count: int) -> None:
-        """Have `count` rows."""
+        """Set the number of rows to `count`."""
         names = [f"direction {i}" for i in range(1, count + 1)]
         super().__init__(name, names, ("",) * count, gain=0.0)
 
@@ -96,12 +96,12 @@ class BoundLevelDamping(BoundTask):
         self._rank = None
 
     def damp(self, hierarchy: Hierarchy, level: int, own: slice) -> None:
-        """Write the rows, after all others of the hierarchy are written.
+        """Write the rows; all other rows of the hierarchy must have been written before.
 
         Args:
             hierarchy: The hierarchy of this tick.
             level: Level of this task, counted from 1.
-            own: Rows of this task in the hierarchy.
+            own: Slice of the rows of this task in the hierarchy.
         """
         hierarchy.A[own] = 0.0
         hierarchy.lower[own], hierarchy.upper[own] = -np.inf, np.inf  # no equality of the level meanwhile

@@ -17,20 +17,20 @@ from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 
 @dataclass(frozen=True, eq=False)
 class LoopTask(Task):
-    """Keep a loop of joints closed where two frames of the tree meet: (J_a − J_b) v = K e.
+    """Keep a closed chain closed: two frames of the tree stay together by (J_a − J_b) v = K e.
 
         e = [p_b − p_a; log3(R_b R_aᵀ)], the rows that the cut joint holds together, in the axes of the world
 
     Put it on the first level, above everything that the mechanism is to do: its joints then move as (3.118)
-    says. Limits of the joints stand above it; where they bind so that the loop cannot stay closed, e shows
-    it.
+    says. Limits of the joints rank above every level; where they prevent the loop from staying closed, the
+    gap shows in e.
 
     Args:
         frame_a: Name of the frame at one side of the cut joint.
         frame_b: Name of the frame at the other side.
         axes: Rows that the joint holds together: "xy" for a revolute joint of a mechanism in the x-y plane,
             "xyz" for a ball joint, "xyzrpy" for a weld.
-        gain: K [1/s]: how fast a gap from integration closes; it must stay below 2/Δt.
+        gain: K [1/s]. More closes a gap from integration faster; it must stay below 2/Δt.
         weight: Factor of ½ ‖(J_a − J_b) v − K e‖² within the level.
         name: Name in logs and plots. Default: "loop".
 
@@ -89,5 +89,5 @@ class BoundLoop(BoundTask):
 
 
 def _gap(a: Array, b: Array) -> Array:
-    """Return what frame a lacks to meet frame b, (6,) [m, rad]."""
+    """Return the gap e (6,) [m, rad] from frame a to frame b, in the axes of the world."""
     return np.concatenate([b[:3, 3] - a[:3, 3], log3(b[:3, :3] @ a[:3, :3].T)])

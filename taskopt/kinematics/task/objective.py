@@ -1,4 +1,4 @@
-"""Tasks that take an objective w(q): climb it, or keep it above a value."""
+"""Tasks that climb an objective w(q), or keep it above a value."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,8 +21,8 @@ from taskopt.kinematics.task.damping import BoundVelocity
 class GradientTask(Task):
     """Climb an objective w(q): v = k₀ ∇w(q), one row for each velocity [rad/s, m/s].
 
-    Below a task that asks for ẋ it gives the chapter's q̇ = J†ẋ + (I − J†J) q̇₀ with q̇₀ = k₀ ∇w. The error is
-    the gradient, which is zero where w is largest.
+    On the level below a task with the rows J q̇ = ẋ it gives q̇ = J†ẋ + (I − J†J) q̇₀ with q̇₀ = k₀ ∇w, as in
+    the chapter. The error is the gradient, which is zero where w is largest.
 
     Args:
         objective: w(q), larger being better.
@@ -33,7 +33,7 @@ class GradientTask(Task):
         name: Name in logs and plots. Default: "gradient".
 
     Raises:
-        InvalidValue: `objective` is none, or a number is out of its range.
+        InvalidValue: `objective` is no `Objective`, or a number is out of its range.
 
     Source:
         Equations (3.54) and (3.55).
@@ -80,7 +80,7 @@ class BoundGradient(BoundVelocity):
         return {"gain": Numbers(self._k0, self._each_k0)}
 
     def _each_k0(self, gain: ArrayLike) -> Array:
-        """Return k₀ for each row, of one number of any sign."""
+        """Convert one number of any sign to k₀ for each row."""
         return np.full_like(self._k0, finite(f"gain of '{self.name}'", gain, ()))
 
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
@@ -106,21 +106,21 @@ class BoundGradient(BoundVelocity):
 class ObjectiveTask(Task):
     """Keep an objective above a value, w(q) ≥ w_min: ∇w·v ≥ K (w_min − w), one inequality row.
 
-    The row is in the unit of w per second. Above the task of the hand it inverts the order of priority, which
-    is advised where an obstacle stands in the path; w is then the distance (3.58). Unlike `GradientTask` it
-    leaves nv − 1 directions to the levels below, and all of them while w approaches w_min more slowly than K
-    allows. Below w_min the row asks for the way back. The error is what w lacks, max(w_min − w, 0).
+    The row is in the unit of w per second. Put it above the task of the hand where an obstacle stands in the
+    path; w is then the distance (3.58). Unlike `GradientTask` it leaves at least nv − 1 directions to the
+    levels below, and all nv as long as w approaches w_min more slowly than K allows. Where w < w_min, the row
+    makes w grow again. The error is max(w_min − w, 0).
 
     Args:
         objective: w(q), larger being better.
         at_least: w_min, in the unit of w.
-        gain: K [1/s]. More lets w come down faster and brakes later; it must stay below 2/Δt.
-        weight: Factor of ½ d² within the level, d being how much the row is missed. More lets this task win
-            over others of the same level.
+        gain: K [1/s]. More lets w fall faster and brakes it later; it must stay below 2/Δt.
+        weight: Factor of ½ d² within the level, with d the violation of the row. More lets this task win over
+            others of the same level.
         name: Name in logs and plots. Default: "objective".
 
     Raises:
-        InvalidValue: `objective` is none, or a number is out of its range.
+        InvalidValue: `objective` is no `Objective`, or a number is out of its range.
 
     Source:
         Footnote 7 of Section 3.5.1.

@@ -1,4 +1,4 @@
-"""Tasks with the other orientation errors of the chapter: Euler angles, angle and axis, unit quaternion.
+"""Orientation tasks with the other errors of the chapter: Euler angles, angle and axis, unit quaternion.
 
 `OrientationTask` takes the rotation vector, whose error dies out as ė = −K e from every orientation; it is
 the one to use. These three are for comparison with the text. All agree to first order near the target.
@@ -123,11 +123,11 @@ class EulerTask(_OfOrientation):
 class AngleAxisTask(_OfOrientation):
     """Bring a frame to an orientation by the error e = r sin ϑ: L J_O v = Lᵀ ω_d + K e.
 
-    ϑ and r are angle and axis of the rotation R_d R_eᵀ that is left to make. With these rows e dies out as
-    ė = −K e. This leads to ϑ = 0 for ϑ < 90° only: the speed that the rows ask for is K tan ϑ, which grows
-    without bound towards 90°, and beyond 90° the error sin ϑ dies out towards ϑ = 180°. From 80° on the rows
-    therefore are J_O v = ω_d + K r, which turn the frame back by the shortest way. At 180° both ±r are axes
-    of the rotation, and one of them is taken.
+    ϑ and r are angle and axis of the rotation R_d R_eᵀ from the actual to the target orientation, and L is
+    the matrix of (3.87). With these rows e dies out as ė = −K e. This leads to ϑ = 0 for ϑ < 90° only: the
+    speed that the rows ask for is K tan ϑ, which grows without bound towards 90°, and beyond 90° the error
+    sin ϑ dies out towards ϑ = 180°. From 80° on the rows therefore are J_O v = ω_d + K r, which turn the
+    frame back by the shortest way. At 180° both ±r are axes of the rotation, and one of them is taken.
 
     Args:
         frame: Name of the frame.
@@ -152,9 +152,10 @@ class AngleAxisTask(_OfOrientation):
 class QuaternionTask(_OfOrientation):
     """Bring a frame to an orientation by the quaternion error e = Δε: J_O v = ω_d + K e.
 
-    Δε = r sin(ϑ/2) for the rotation R_d R_eᵀ that is left to make, by the short way. The rows are not the
-    derivative of the error: it dies out as ϑ̇ = −K sin(ϑ/2), half as fast as K near the target. It has no
-    singularity; at 180°, where Δη = 0, the frame turns about one of the two axes.
+    Δη = cos(ϑ/2) and Δε = r sin(ϑ/2) are the quaternion of R_d R_eᵀ, the rotation from the actual to the
+    target orientation by the short way. The rows are not the derivative of the error: it dies out as
+    ϑ̇ = −K sin(ϑ/2), at half the rate K near the target. The error has no singularity; at 180°, where Δη = 0,
+    the frame turns about one of the two axes.
 
     Args:
         frame: Name of the frame.
@@ -176,12 +177,12 @@ class QuaternionTask(_OfOrientation):
 
 
 class BoundOrientation(AimedTask):
-    """The three rows of any of these tasks for one robot.
+    """The three rows of an `EulerTask`, `AngleAxisTask` or `QuaternionTask` for one robot.
 
     Args:
         name: Name of the task in its plan.
         task: The declared task.
-        rows_of: Computes the rows from R_e, R_d and ω_d.
+        rows_of: Function that computes the rows from R_e (3, 3), R_d (3, 3) and ω_d (3,) [rad/s].
     """
 
     def __init__(self, name: str, task: _OfOrientation, rows_of: _Error) -> None:

@@ -1,4 +1,4 @@
-"""The task of a frame relative to another frame that may itself move."""
+"""The task that places a frame relative to another frame, which may move itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,16 +24,16 @@ Seen = Literal["own", "root"]
 class RelativeFrameTask(Task):
     """Bring a frame to a target pose X_d(t) relative to a root frame, six rows: A v = b with b = ẋ_d + K e.
 
-    With X = T_r⁻¹ T_f the pose of the frame in the root, x its origin, R its rotation, and w the motion of
-    the frame relative to the root:
+    X = T_r⁻¹ T_f is the pose of the frame in the root, with origin x and rotation R. w (6, nv) is the
+    velocity of the frame relative to the root for each joint velocity.
 
         own axes     e = log6(X⁻¹ X_d),              A = Jlog6(X_d⁻¹ X) (J_f − Ad_X⁻¹ J_r), each J in its own
                                                      frame
         root axes    e = [x_d − x; log3(R_d Rᵀ)],    A = diag(I, Jlog3(R_d Rᵀ)) w, in the axes of the root
 
     Rows x, y, z [m/s] and rx, ry, rz [rad/s]. Joints that carry both frames do not appear in A, so that two
-    hands can hold a part while the body walks. With `expressed="root"` and `axes="xyz"` only the position
-    in the root is asked for.
+    hands can hold a part while the body walks. With `expressed="root"` and `axes="xyz"` the task controls
+    only the position in the root.
 
     Args:
         frame: Name of the frame.
@@ -143,7 +143,7 @@ class BoundRelative(AimedTask):
         rows.upper[:] = rows.lower
 
     def _relative_motion(self, configuration: Configuration, root: Array, frame: Array) -> Array:
-        """Return w along each velocity, (6, nv): of the frame relative to the root, in the root's axes."""
+        """Return w (6, nv): velocity of the frame relative to the root for each v_k, in the root's axes."""
         J = configuration.jacobian(self._frame)
         of_root = configuration.jacobian(self._root)
         arm = frame[:3, 3] - root[:3, 3]

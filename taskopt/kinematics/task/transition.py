@@ -1,4 +1,4 @@
-"""Tasks that come and go: insertion, removal and swap without a jump in the velocities.
+"""Tasks that are inserted, removed or swapped at given times, without a jump in the velocities.
 
 Rows that are not in force have the bounds −∞ and ∞, and so change nothing. While a task comes, its bounds
 close in from a band of ±β to what the task asks for; while it goes, they open again. For matrices that stand
@@ -50,7 +50,7 @@ class During(Task):
     does that for levels. Targets that begin at the present posture are anchored at `begin`.
 
     Args:
-        task: The task; not one that is timed itself, nor `LevelDamping`.
+        task: The task; not a `During` and not a `LevelDamping`.
         begin: Time [s] at which it begins to come. Default: always there.
         end: Time [s] at which it begins to go. Default: never.
         blend: Time that it takes to come, and to go [s]. More makes the velocities change more slowly; 0
@@ -60,7 +60,7 @@ class During(Task):
             Default: twice what the rows ask for, and at least 10.
 
     Raises:
-        InvalidValue: The task cannot be timed, or it would go before it has come.
+        InvalidValue: The task cannot be timed, or begin + blend is later than end.
     """
 
     task: Task
@@ -96,7 +96,7 @@ class During(Task):
 
     @property
     def obstacles(self) -> Sequence[Shape]:
-        """Shapes that the task looks at."""
+        """Shapes that the task depends on, which a viewer draws."""
         return self.task.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundDuring":
@@ -104,13 +104,13 @@ class During(Task):
         return BoundDuring(self, self.task.bind(robot, name))
 
     def openness(self, t: float) -> float:
-        """Return u at a time.
+        """Return u(t), which says how far the bounds of the task are opened.
 
         Args:
             t: Time [s].
 
         Returns:
-            0 where the task is fully in force, 1 and more where it is not at all.
+            0 while the task is fully in force, and 1 or more while it is not in force at all.
         """
         coming = self.begin - t + self.blend if math.isfinite(self.begin) else -math.inf
         going = t - self.end if math.isfinite(self.end) else -math.inf
@@ -119,10 +119,10 @@ class During(Task):
 
 
 class BoundDuring(BoundTask):
-    """The rows of a task, with the bounds that its time leaves them.
+    """The rows of a task, whose bounds are opened outside the time in which the task is in force.
 
     Args:
-        declared: When the task is in force.
+        declared: The declaration, which states when the task is in force.
         inner: The task as bound to the robot.
     """
 
@@ -136,7 +136,7 @@ class BoundDuring(BoundTask):
         self.follows_velocity = inner.follows_velocity
 
     def moved(self, v: Array) -> None:
-        """Hand the velocity on to the task; see `BoundTask.moved`."""
+        """Tell the task the velocity; see `BoundTask.moved`."""
         self._inner.moved(v)
 
     def prepare(self, rows: LevelRows) -> None:
@@ -178,7 +178,7 @@ class BoundDuring(BoundTask):
             rows.upper[:] += width
 
     def _reach_at(self, t: float, rows: LevelRows) -> float:
-        """Return the reach of a transition, the same from its first tick to its last."""
+        """Return the reach [m/s, rad/s] of a transition, which stays the same for all its ticks."""
         comes = t < self.declared.begin + self.declared.blend
         if comes not in self._reach:
             self._reach[comes] = self.declared.reach or reach_of(rows)
@@ -186,7 +186,7 @@ class BoundDuring(BoundTask):
 
 
 def band(openness: float | Array, reach: float) -> Array:
-    """Return how far the bounds stand from what a task asks for, β(u).
+    """Return β(u), the distance of the bounds from what a task asks for.
 
     Args:
         openness: u in [0, 1], any shape.
@@ -212,13 +212,13 @@ def reach_of(rows: LevelRows) -> float:
 
 
 class Transition(NamedTuple):
-    """A time in which a task comes or goes.
+    """One interval of time in which a task is blended in or out.
 
     Attributes:
         task: Name of the task.
         what: "comes" or "goes".
-        begin: When that begins [s].
-        end: When that is done [s].
+        begin: Time at which the transition begins [s].
+        end: Time at which the transition is complete [s].
     """
 
     task: str
@@ -228,13 +228,13 @@ class Transition(NamedTuple):
 
 
 def transitions(tasks: Iterable[BoundTask]) -> tuple[Transition, ...]:
-    """Return when the tasks of a plan come and go.
+    """List the transitions of the tasks of a plan.
 
     Args:
         tasks: Tasks of a plan.
 
     Returns:
-        One entry for each time in which a task comes or goes.
+        One entry for each time a task comes or goes.
     """
     out: list[Transition] = []
     for task in tasks:
@@ -251,20 +251,20 @@ def transitions(tasks: Iterable[BoundTask]) -> tuple[Transition, ...]:
 def swap(
     first: Sequence[Task], second: Sequence[Task], at: float, blend: float = 0.25, reach: float | None = None
 ) -> list[list[Task]]:
-    """Return levels in which one group of tasks stands above another, then below it.
+    """Make levels in which one group of tasks is above another until a time, and below it afterwards.
 
-    `Stack(levels=[*swap([a], [b], at=2.0), [c]])` is a, b, c, then b, a, c. The tasks of `second` go below
-    those of `first` and come above them, as `During` does it.
+    `Stack(levels=[*swap([a], [b], at=2.0), [c]])` has the order a, b, c before t = 2 s and b, a, c after. The
+    tasks of `second` leave the level below those of `first` and enter a level above, as `During` does it.
 
     Args:
-        first: Tasks that are above until `at`.
-        second: Tasks that are above from then on.
+        first: Tasks that are on the higher level until `at`.
+        second: Tasks that are on the higher level from then on.
         at: Time of the swap [s].
         blend: Duration of the change [s], see `During`.
         reach: Width of the band, see `During`.
 
     Returns:
-        Three levels.
+        Three levels: `second` after the swap, `first` all the time, `second` before the swap.
     """
     above: list[Task] = [During(task, begin=at, blend=blend, reach=reach) for task in second]
     below: list[Task] = [During(task, end=at, blend=blend, reach=reach) for task in second]

@@ -1,4 +1,4 @@
-"""Tasks that ask for joint velocities outright: given ones, and those of the last tick."""
+"""Tasks that ask for given joint velocities, or for those of the last tick."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,10 +19,10 @@ Velocity = Value | Callable[[float], Value]
 
 @dataclass(frozen=True, eq=False)
 class JointVelocityTask(Task):
-    """Move joints at given velocities: v = q̇_d, one unit vector for each velocity [rad/s, m/s].
+    """Move joints at given velocities: v = q̇_d, one row for each velocity [rad/s, m/s].
 
-    There is no error that dies out: what a tick misses is not made up for later. `JointTask` with a moving
-    target follows a path instead.
+    There is no position error: a displacement that is missed in one tick is not made up for later.
+    `JointTask` with a moving target follows a path instead.
 
     Args:
         target: q̇_d: a mapping from joint to number, one number for each joint, all velocities (nv,), or a
@@ -33,8 +33,8 @@ class JointVelocityTask(Task):
         name: Name in logs and plots. Default: "joint velocity".
 
     Raises:
-        InvalidValue: A weight or a velocity is out of its range or has another size; when bound, or when a
-            function returns it.
+        InvalidValue: A weight or a velocity is out of its range or has the wrong size. The error is raised
+            when the task is bound, or when a function returns the velocity.
     """
 
     target: Velocity
@@ -62,11 +62,11 @@ class JointVelocityTask(Task):
 
 @dataclass(frozen=True, eq=False)
 class LowAccelerationTask(Task):
-    """Keep the velocities of the last tick: v = v_last, one unit vector for each velocity [rad/s, m/s].
+    """Keep the velocities of the last tick: v = v_last, one row for each velocity [rad/s, m/s].
 
-    Beside other tasks of its level it makes changes of velocity cost. The first tick starts from rest, or
-    from the velocity that is given to `Controller.step`. It brings nothing to rest by itself; put a
-    `DampingTask` beside it for that.
+    Together with other tasks of its level it makes changes of velocity expensive. The first tick starts from
+    rest, or from the velocity that is given to `Controller.step`. It does not bring the robot to rest; add a
+    `DampingTask` to its level for that.
 
     Args:
         weight: Factor of ½ (v − v_last)² within the level [s²/rad², s²/m²], one number or one for each row.
@@ -128,10 +128,10 @@ class BoundJointVelocities(_BoundUnitRows):
     """
 
     def attach(self, target: Velocity, space: PostureSpace) -> None:
-        """Take velocities.
+        """Take the velocities that the task asks for.
 
         Args:
-            target: q̇_d, or a function of time.
+            target: q̇_d (m,) [rad/s, m/s], or a function of the time [s] that returns it.
             space: The joints that it speaks of.
         """
         self._space, self._of_time = space, target if callable(target) else None
@@ -145,7 +145,7 @@ class BoundJointVelocities(_BoundUnitRows):
 
 
 class BoundLowAcceleration(_BoundUnitRows):
-    """The rows of a `LowAccelerationTask`; at rest until told otherwise.
+    """The rows of a `LowAccelerationTask`, for which the robot is at rest until `moved` is called.
 
     Args:
         robot: The robot.
@@ -164,7 +164,7 @@ class BoundLowAcceleration(_BoundUnitRows):
         self._last: Array = np.zeros(self._columns.size)
 
     def moved(self, v: Array) -> None:
-        """Take the velocity that the robot has until the next tick; see `BoundTask.moved`."""
+        """Remember the velocity that the robot has until the next tick; see `BoundTask.moved`."""
         self._last[:] = v[self._columns]
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
@@ -173,13 +173,13 @@ class BoundLowAcceleration(_BoundUnitRows):
 
 
 def different(joints: Sequence[str] | None) -> None:
-    """Raise an error unless joints are different names in a list.
+    """Check that names of joints are a list without repetition.
 
     Args:
         joints: Names, or None for the default of a task.
 
     Raises:
-        InvalidValue: They are one text, or one stands twice.
+        InvalidValue: The names are a single text instead of a list, or one name occurs twice.
     """
     if joints is not None and (isinstance(joints, str) or len(set(joints)) != len(joints)):
         raise InvalidValue(f"joints must be different names in a list, got {joints!r}")
