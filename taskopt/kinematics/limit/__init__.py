@@ -1,4 +1,4 @@
-"""Limits: what holds whatever the tasks want."""
+"""Limits: bounds that hold at every tick, whatever the tasks ask for."""
 
 from taskopt.kinematics.limit.acceleration import JointAccelerationLimit as JointAccelerationLimit
 from taskopt.kinematics.limit.base import BoundLimit as BoundLimit

@@ -1,8 +1,9 @@
-"""Position, velocity and acceleration limits of joints together, so that there is always a way to keep them.
+"""Position, velocity and acceleration limits of joints together, so that all can be kept at every later tick.
 
-With h = Δt and d = a h, the tick chooses v⁺ with |v⁺ − v| ≤ d, and q⁺ = q + v⁺ h (3.48). If the joint then
-brakes as hard as allowed, with v⁺ − d, v⁺ − 2d, … down to 0, it still travels, n being the whole part of
-v⁺/d,
+Let v be the velocity of a joint in the last tick, v⁺ that of the next one, h = Δt, a the largest acceleration
+and d = a h. The tick chooses v⁺ with |v⁺ − v| ≤ d, and q⁺ = q + v⁺ h (3.48). If the joint then brakes as hard
+as allowed, with v⁺ − d, v⁺ − 2d, … down to 0, it still travels the distance B(v⁺), where n is the whole part
+of v⁺/d:
 
     B(v⁺) = h (n v⁺ − d n (n + 1)/2),
 
@@ -11,8 +12,9 @@ increasing with F(n d) = h d n (n + 1)/2, and its inverse is the exact bound: wi
 
     v⁺ ≤ r/(n + 1) + d n/2,   n the largest integer with d n (n + 1)/2 ≤ r.
 
-Since F(v − d) = B(v), what was allowed a tick ago may brake now: the bounds are never empty. In continuous
-time the bound is √(2 a (q_max − q)), which no discrete step keeps.
+Since F(v − d) = B(v), a velocity that was allowed in the last tick can always be braked in this one, so that
+the bounds are never empty. In continuous time the bound would be √(2 a (q_max − q)); with discrete steps that
+bound does not keep q in its range.
 
 Source:
     After Del Prete (2018), IEEE Robotics and Automation Letters 3(1), where the acceleration is constant over
@@ -37,21 +39,24 @@ _NUMBERS = 5  # numbers of each joint in the memory: v, d = a Δt, v_max, q_min,
 
 @dataclass(frozen=True, eq=False)
 class JointAccelerationLimit(Limit):
-    """Keep |v⁺ − v| ≤ a Δt and |v⁺| ≤ v_max, and q in its range for ever, whatever is asked for later.
+    """Keep |v⁺ − v| ≤ a Δt, |v⁺| ≤ v_max, and q in its range in all later ticks.
 
-    It stands in place of `JointPositionLimit` and `JointVelocityLimit`, which know no acceleration. Bounds
-    [rad/s, m/s] on every velocity, by the formula of this module. A joint that is faster than it may be, or
-    outside its range, brakes as hard as a allows; it may then return, but go no farther.
+    v is the velocity of the last tick, v⁺ that of the next one. The limit replaces `JointPositionLimit` and
+    `JointVelocityLimit`, which do not limit the acceleration. It bounds every velocity [rad/s, m/s] by the
+    formula of this module. A joint that is too fast or outside its range brakes with the acceleration a; it
+    may then return to its range, but not go farther away.
 
     Args:
         acceleration: a [rad/s², m/s²]: one number, one for each velocity (nv,), or a mapping from joint to
             number (inf elsewhere). More allows quicker changes of velocity, and braking closer to the limits.
-        velocity: v_max [rad/s, m/s]: likewise. Default: the robot's own. More allows faster motion.
-        name: Name in explanations, logs and plots. Bounds are named by it, or by it and "(position)" or
-            "(velocity)", as the reason may be.
+        velocity: v_max [rad/s, m/s], given in the same ways. Default: the robot's own. More allows faster
+            motion.
+        name: Name in explanations, logs and plots. A bound has this name if the acceleration sets it;
+            "(position)" or "(velocity)" is appended if the range or v_max does.
 
     Raises:
-        InvalidValue: An acceleration is not positive, or a number is out of its range; when bound.
+        InvalidValue: When the limit is bound to a robot: an acceleration is not positive, or a number is out
+            of its range.
 
     Source:
         See the module.
@@ -66,7 +71,7 @@ class JointAccelerationLimit(Limit):
 
         Raises:
             InvalidValue: An acceleration is not positive, or a number of `velocity` is negative or NaN.
-            UnknownName: A mapping names a joint that the robot has not.
+            UnknownName: A mapping names a joint that the robot does not have.
         """
         none = np.full(robot.nv, np.inf)
         acceleration = each_velocity("acceleration", self.acceleration, robot, none)
@@ -77,7 +82,7 @@ class JointAccelerationLimit(Limit):
 
 
 class BoundJointAcceleration(BoundLimit, RateLimit):
-    """The bounds of every velocity; at rest until told otherwise.
+    """The bounds of a `JointAccelerationLimit`, for which the robot is at rest until `moved` is called.
 
     Args:
         robot: The robot.
@@ -106,7 +111,7 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
         self._joints = memory[1:].reshape(-1, _NUMBERS)
 
     def retime(self, dt: float) -> None:
-        """Take another Δt [s]; see `Part.retime`."""
+        """Change Δt [s]; see `Part.retime`."""
         self.memory[0] = dt
         self._write()
 
@@ -134,7 +139,7 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
         self._joints[:, 1], self._joints[:, 2] = self._acceleration * self.memory[0], self._velocity
 
     def moved(self, v: Array) -> None:
-        """Take the velocity that the robot has until the next tick; see `RateLimit.moved`."""
+        """Remember the velocity that the robot has until the next tick; see `RateLimit.moved`."""
         self._joints[:, 0] = v
 
     def brakes(self) -> Array:
@@ -148,11 +153,12 @@ def narrow_by_acceleration(parameters, memory, state, bounds, owner):
     """Narrow the bounds of a `JointAccelerationLimit`.
 
     Args:
-        parameters: For each joint its column of v and its place in q, or −1 if it has no range.
-        memory: Δt [s], then `_NUMBERS` of each joint: v, a Δt, v_max, q_min, q_max.
+        parameters: Flat array of integers: for each joint its column in v and its place in q, or −1 if it has
+            no range.
+        memory: Flat array: Δt [s], then for each joint v, a Δt, v_max [rad/s, m/s], q_min, q_max [rad, m].
         state: The robot, see `RobotState`.
         bounds: (4, nv), see `BoundLimit.narrow`.
-        owner: Number of the first owner; the three reasons follow one another.
+        owner: Number of the first owner; acceleration, position and velocity have consecutive numbers.
     """
     dt = memory[0]
     for i in range(parameters.size // 2):
@@ -172,9 +178,9 @@ def narrow_by_acceleration(parameters, memory, state, bounds, owner):
 
 @kernel
 def _side(v, step, fastest, room, brake):
-    """Return the upper bound of v⁺ where `room` is (q_max − q)/Δt, and the number of what sets it.
+    """Return the upper bound of v⁺, where `room` is (q_max − q)/Δt, and the number of the limit that sets it.
 
-    The number is 0 for acceleration, 1 for position, 2 for velocity. NaN is handed on.
+    The number is 0 for acceleration, 1 for position, 2 for velocity. NaN is passed on.
     """
     bound, why = fastest, 2
     stopping = room

@@ -1,9 +1,9 @@
-"""Limits: a declaration that, bound to a robot, holds whatever the tasks want.
+"""Base classes of limits: declarations that, bound to a robot, hold whatever the tasks ask for.
 
 A limit narrows the bounds of single velocities (`BoundLimit`), or fills hard rows (`RowLimit`), or does both.
-It promises that braking as hard as allowed never breaks it, so that limits together are never empty; without
-a limit on acceleration that means v = 0. Own limits derive from `Limit` and from one of the bound classes;
-`taskopt.testing.check_limit` tries if they keep the promise.
+It promises that braking as hard as allowed never violates it, so that all limits together always allow some
+velocity. Without a limit on acceleration, braking as hard as allowed means v = 0. Own limits derive from
+`Limit` and from one of the bound classes; `taskopt.testing.check_limit` checks that they keep the promise.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ class BoundLimit(Part):
 
     Args:
         name: Name of the limit.
-        owners: Names that a bound of this limit may go by, one for each reason. None: its own name.
+        owners: Names that a bound of this limit may have, one for each reason. None: the name of the limit.
     """
 
     def __init__(self, name: str, owners: Sequence[str] | None = None) -> None:
@@ -31,13 +31,14 @@ class BoundLimit(Part):
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:
         """Narrow the bounds in place.
 
-        A limit with a kernel inherits this method, which runs the kernel; other limits define their own. Only
-        narrow: where another limit is tighter already, leave it. `narrow_one` does that for one velocity.
+        A limit with a kernel inherits this method, which runs the kernel; other limits define their own. A
+        bound that is already tighter must stay as it is; `narrow_one` takes care of that for one velocity.
 
         Args:
             configuration: Robot at the posture of this tick.
             bounds: (4, nv): lower bounds, upper bounds, owner of each lower bound, owner of each upper bound.
-            owner: Number of the first of `owners`; write it, or a following one, where this limit binds.
+            owner: Number of the first of `owners`. Write it, or the number of a later owner, for every bound
+                that this limit sets.
         """
         if self.kernel is not None:
             self.kernel(self.parameters, self.memory, state_of(configuration), bounds, owner)  # type: ignore[call-arg]
@@ -78,7 +79,7 @@ class Limit:
 
     Attributes:
         name: Name in explanations, logs and plots.
-        obstacles: Shapes that the limit keeps away from, to be drawn.
+        obstacles: Shapes from which the limit keeps the robot away, which a viewer draws.
     """
 
     name: str = "limit"
@@ -104,14 +105,14 @@ class Limit:
 def narrow_one(bounds, j, lower, upper, owner):
     """Narrow the bounds of one velocity, and note the owner of each bound that became tighter.
 
-    NaN is written, too, so that it is found.
+    A bound of NaN is written, too, so that the check of the bounds finds it.
 
     Args:
         bounds: (4, nv), see `BoundLimit.narrow`.
-        j: Column of the velocity.
+        j: Index of the velocity in v.
         lower: Lower bound [rad/s, m/s].
         upper: Upper bound [rad/s, m/s].
-        owner: Number of the owner.
+        owner: Number of the owner, see `BoundLimit.narrow`.
     """
     if not lower <= bounds[0, j]:
         bounds[0, j], bounds[2, j] = lower, owner

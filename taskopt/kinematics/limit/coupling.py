@@ -1,4 +1,4 @@
-"""Couplings of joints as hard rows: what a robot's file states about mimic joints holds in every stack."""
+"""Couplings of joints, such as the mimic joints of a robot's file, as hard rows of every stack."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ from taskopt.kinematics.robot.couplings import Coupling
 class BoundCoupling(RowLimit):
     """Rows v_follower − m v_leader = 0, the derivative of q_follower = m q_leader + o.
 
-    They never change, v = 0 satisfies them, and an Euler step keeps q_follower − m q_leader to rounding. A
-    gap that a measured posture begins with therefore stays as it is.
+    The rows never change, v = 0 satisfies them, and an Euler step keeps q_follower − m q_leader up to
+    rounding. If a measured posture starts with a gap from the coupling, that gap therefore stays constant.
 
     Args:
         robot: The robot.

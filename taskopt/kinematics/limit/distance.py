@@ -1,6 +1,7 @@
-"""Limits that keep distances: to obstacles, and between the links of a robot.
+"""Limits on distances: from the robot to obstacles, and between the links of the robot.
 
-Hard rows brake an approach, and bounds on the velocities keep one step predictable.
+Hard rows brake an approach. Bounds on the velocities limit the error of linearising the distance over one
+step.
 """
 
 from collections.abc import Sequence
@@ -26,14 +27,14 @@ from taskopt.kinematics.robot import Robot
 
 @dataclass(frozen=True)
 class ObstacleLimit(Limit):
-    """Let no link that moves come nearer than a margin to any obstacle.
+    """Keep every moving link at least a margin away from every obstacle.
 
         ∇d·v ≥ −κ (d − d_s)/Δt   for d < d_i
 
     d is the distance, d_i the influence, and d_s = margin + reserve. The `reserve` of the bound limit covers
-    what one Euler step can lose; where a step could lose more, joint velocities are bounded, too. A
-    link that starts inside the margin may stop or leave. There is one row [m/s] for each shape of a link and
-    each obstacle, named "link – obstacle". Meshes count as their convex hulls.
+    what one Euler step can lose; where a step could lose more, joint velocities are bounded, too. A link that
+    starts inside the margin may stop or move away. There is one row [m/s] for each shape of a link and each
+    obstacle, named "link – obstacle". Meshes count as their convex hulls.
 
     Args:
         obstacles: One shape or several, in the world.
@@ -78,7 +79,7 @@ class ObstacleLimit(Limit):
 
 @dataclass(frozen=True)
 class SelfCollisionLimit(Limit):
-    """Let no two links come nearer than a margin to each other; rows and bounds are as in `ObstacleLimit`.
+    """Keep links at least a margin away from each other, with rows and bounds as in `ObstacleLimit`.
 
     One row [m/s] for each pair of shapes.
 
@@ -89,9 +90,9 @@ class SelfCollisionLimit(Limit):
             and more gently.
         pairs: Pairs of names of links. Default: all that the robot's SRDF leaves enabled, without neighbours
             and pairs that are within the margin in every posture; `choice` says how many are left.
-        sampled: Number of random postures; pairs that are within the margin in all of them are left out, too,
-            though that proves nothing. 0 does without.
-        seed: Of the random postures.
+        sampled: Number of random postures. Pairs that are within the margin in all of them are left out, too,
+            although this does not prove that they always are. 0 tries no random postures.
+        seed: Seed of the random postures.
         name: Name in explanations, logs and plots.
 
     Raises:
@@ -115,7 +116,7 @@ class SelfCollisionLimit(Limit):
             raise InvalidValue(f"sampled must be a number of postures ≥ 0, got {self.sampled!r}")
 
     def choice(self, robot: Robot) -> PairChoice:
-        """Choose the pairs of a robot; printed, the choice says how many are kept apart, and why not all.
+        """Choose the pairs of links of a robot that are kept apart; print the choice to read the reasons.
 
         Args:
             robot: The robot.
@@ -150,7 +151,7 @@ class SelfCollisionLimit(Limit):
 
 @dataclass(frozen=True)
 class Braking:
-    """The three numbers by which a distance limit brakes.
+    """The margin, influence and gain of a distance limit.
 
     Attributes:
         margin: Least distance [m], ≥ 0.
@@ -164,7 +165,7 @@ class Braking:
 
     @staticmethod
     def checked(margin: float, influence: float, gain: float) -> "Braking":
-        """Return the three numbers as a record.
+        """Check the three numbers, and return them as a record.
 
         Args:
             margin: Least distance [m].
@@ -188,13 +189,13 @@ class Braking:
 class BoundDistance(RowLimit, BoundLimit):
     """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than the influence, and bounds on the velocities.
 
-    An Euler step changes d by Δt ∇d·v up to a loss of at most s · jump + s² · bend where every
-    |v_k| ≤ s v̄_k (`step_losses`). d_s = margin + reserve, and the reserve is jump + 2 bend, room for more
-    than s = 1, but at most half of the way from margin to influence.
+    If every |v_k| ≤ s v̄_k, an Euler step changes d by Δt ∇d·v less a loss of at most s · jump + s² · bend
+    (`step_losses`). d_s = margin + reserve. The reserve is jump + 2 bend, which exceeds the loss for s = 1,
+    but it is at most half of the way from margin to influence.
 
-    The bounds |v_k| ≤ s v̄_k, with the largest s for which no pair can lose more than its row leaves it, make
-    sure that d ≥ margin stays so in every step, whatever other limits there are. They bind only for distances
-    within the reserve, or where Δt is long. Rows and bounds all allow v = 0.
+    The bounds |v_k| ≤ s v̄_k use the largest s for which no pair loses more than its row leaves above the
+    margin. They ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
+    only at distances within the reserve, or where Δt is long. All rows and bounds allow v = 0.
 
     Args:
         collision: The pairs of shapes, P of them.
@@ -203,7 +204,7 @@ class BoundDistance(RowLimit, BoundLimit):
         braking: Margin, influence and gain.
 
     Attributes:
-        distances: The distances as the last `fill` measured them.
+        distances: Distances and gradients of the pairs, as of the last `fill`.
         margin: Least distance [m].
         influence: Distance at which braking begins [m].
         gain: κ.
@@ -212,7 +213,7 @@ class BoundDistance(RowLimit, BoundLimit):
         jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
         bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
         reserve: Amount that is added to the margin of each pair, (P,) [m].
-        share: s of each velocity, as of the last `fill`, (nv,).
+        share: s_k of each velocity, the smallest s of the pairs that it moves, as of the last `fill`, (nv,).
     """
 
     def __init__(self, collision: Collision, dt: float, name: str, braking: Braking) -> None:
@@ -231,7 +232,7 @@ class BoundDistance(RowLimit, BoundLimit):
         self.share: Array = np.empty(collision.robot.nv)
 
     def retime(self, dt: float) -> None:
-        """Take another Δt [s]; see `Part.retime`."""
+        """Change Δt [s]; see `Part.retime`."""
         # Travel and jump of a step are proportional to Δt, and bend to its square.
         longer = dt / self.dt
         self._known[:3] *= np.array([[longer], [longer], [longer * longer]])
@@ -263,7 +264,7 @@ def approach_into(distance, gradient, turn, known, settings, A, lower, share):
     Args:
         distance: d of each pair, (P,) [m].
         gradient: ∇d of each pair along the velocities, (P, nv).
-        turn: Zero where a velocity does not move a pair, (P, nv).
+        turn: How far a unit velocity moves or turns each pair, (P, nv); read only for being zero or not.
         known: Travel, jump, bend and reserve of each pair, (4, P) [m].
         settings: Margin [m], influence [m], gain, Δt [s].
         A: Rows, (P, nv), written here.

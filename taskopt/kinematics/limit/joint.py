@@ -1,4 +1,4 @@
-"""Limits on positions and on velocities of joints, as bounds on velocity."""
+"""Limits on the positions and velocities of joints, both as bounds on the velocities."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from taskopt.kinematics.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class JointPositionLimit(Limit):
-    """Approach a joint limit no faster than a fraction κ of what is left per step.
+    """Keep joints in their ranges: a step may take at most the fraction κ of the way to a limit.
 
         κ (q_min − q)/Δt ≤ v ≤ κ (q_max − q)/Δt
 
@@ -24,10 +24,10 @@ class JointPositionLimit(Limit):
     [rad/s, m/s] on the velocity of each joint that has a limit; continuous joints and free-flyers have none.
 
     Args:
-        gain: κ in (0, 1]. At 1 a joint may reach its limit in one step; less lets it come closer
-            geometrically, and brake earlier.
-        margin: How far inside q_min and q_max the joints are to stay [rad, m]: one number for all, one for
-            each velocity (nv,), or a mapping from joint to number. More keeps them farther from the limits.
+        gain: κ in (0, 1]. At 1 a joint may reach its limit in one step. Less brakes earlier, and the distance
+            to the limit then decreases by the factor 1 − κ per step.
+        margin: Distance from q_min and q_max that the joints keep [rad, m]: one number for all, one for each
+            velocity (nv,), or a mapping from joint to number. More keeps them farther from the limits.
         name: Name in explanations, logs and plots.
 
     Raises:
@@ -60,7 +60,7 @@ class BoundJointPosition(BoundLimit):
         name: Name of the limit.
         gain: κ.
         dt: Δt [s].
-        margin: How far inside their limits the joints are to stay [rad, m], as `JointPositionLimit` takes it.
+        margin: Distance from their limits that the joints keep [rad, m], as in `JointPositionLimit`.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class BoundJointPosition(BoundLimit):
         self.memory, self._limits = memory, memory[1:].reshape(-1, 2)
 
     def retime(self, dt: float) -> None:
-        """Take another Δt [s]; see `Part.retime`."""
+        """Change Δt [s]; see `Part.retime`."""
         self._dt = dt
         self._write_gain()
 
@@ -102,7 +102,7 @@ class BoundJointPosition(BoundLimit):
         return one_number(f"gain of '{self.name}'", gain, 0.0, 1.0)
 
     def _each_margin(self, margin: ArrayLike | Mapping[str, float]) -> Array | float:
-        """Return a margin for each joint that has a limit, (k, 1), or one for all, that leaves it a range."""
+        """Return a checked margin for each joint that has a limit, (k, 1), or one number for all."""
         robot = self._robot
         if isinstance(margin, float) and 0.0 <= margin <= self._least_room:  # ten times as fast
             return margin
@@ -131,8 +131,8 @@ def narrow_by_position(parameters, memory, state, bounds, owner):
     """Narrow the bounds of a `JointPositionLimit`.
 
     Args:
-        parameters: For each joint its column of v and its place in q.
-        memory: κ/Δt [1/s], then q_min and q_max of each joint [rad, m].
+        parameters: Flat array of integers: for each joint its column in v and its place in q.
+        memory: Flat array: κ/Δt [1/s], then for each joint q_min and q_max inside the margin [rad, m].
         state: The robot, see `RobotState`.
         bounds: (4, nv), see `BoundLimit.narrow`.
         owner: Number of the limit.
@@ -147,12 +147,13 @@ def narrow_by_position(parameters, memory, state, bounds, owner):
 
 @dataclass(frozen=True, eq=False)
 class JointVelocityLimit(Limit):
-    """Keep every joint velocity within −s v_max ≤ v ≤ s v_max [rad/s, m/s].
+    """Keep every joint velocity v within −s v_max ≤ v ≤ s v_max [rad/s, m/s].
 
     Args:
         scale: s > 0. More allows faster motion.
-        velocity: v_max: one number for all, one for each velocity (nv,), or a mapping from joint to number
-            that replaces the robot's there; inf is no limit. Default: the robot's own.
+        velocity: v_max [rad/s, m/s]: one number for all, one for each velocity (nv,), or a mapping from joint
+            to number, where joints that it does not name keep the robot's own limit. inf means no limit.
+            Default: the robot's own limits.
         name: Name in explanations, logs and plots.
 
     Raises:
@@ -171,7 +172,7 @@ class JointVelocityLimit(Limit):
 
         Raises:
             InvalidValue: A number of `velocity` is negative or NaN, or there are too many or too few.
-            UnknownName: A mapping names a joint that the robot has not.
+            UnknownName: A mapping names a joint that the robot does not have.
         """
         limits = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)
         return BoundJointVelocity(self.name, self.scale, limits)
@@ -180,7 +181,7 @@ class JointVelocityLimit(Limit):
 def each_velocity(
     what: str, value: ArrayLike | Mapping[str, float] | None, robot: Robot, default: Array
 ) -> Array:
-    """Return one number ≥ 0 for each velocity.
+    """Convert one number, several, or a mapping to one number ≥ 0 for each velocity.
 
     Args:
         what: Name of the value, for messages.
@@ -213,7 +214,7 @@ def each_velocity(
 
 
 class BoundJointVelocity(BoundLimit):
-    """Bounds that do not depend on the posture.
+    """The bounds of a `JointVelocityLimit`, which do not depend on the posture.
 
     Args:
         name: Name of the limit.
