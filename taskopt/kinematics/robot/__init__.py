@@ -1,4 +1,4 @@
-"""Robots from URDF files, by name, from Denavit–Hartenberg rows, from a `pin.Model`; arms of the textbook."""
+"""Robots: read from URDF files or by name, or made of Denavit–Hartenberg rows or a `pin.Model`."""
 
 from taskopt.kinematics.robot.couplings import Coupling as Coupling
 from taskopt.kinematics.robot.dh import DHRow as DHRow

@@ -1,8 +1,8 @@
 """The arms of the textbook by their dimensions: Siciliano et al., Robotics, Sect. 2.9 and Figs 2.20–2.36.
 
-All take limits and a radius in the same way: one number for all joints or one for each, ±inf for no limit.
-Frames are link1, link2, …, the Denavit–Hartenberg frames, and "tip". The lengths that a caller leaves out
-are ours: the textbook gives symbols.
+Every limit is one number for all joints or one number for each joint (n,); ±inf means no limit. The frames of
+an arm are the Denavit–Hartenberg frames, named link1, link2, …, and "tip". The default lengths are our own
+choice, since the textbook gives symbols only.
 """
 
 # Pinocchio and Coal ship no stubs.
@@ -33,14 +33,14 @@ def planar_arm(
 ) -> Parts:
     """Make an arm with parallel revolute joints, which moves in the x-y plane.
 
-    With three links: x = a₁ c₁ + a₂ c₁₂ + a₃ c₁₂₃, and y likewise with sines.
+    With three links the tip is at x = a₁ c₁ + a₂ c₁₂ + a₃ c₁₂₃, and y is the same sum with sines.
 
     Args:
-        lengths: a (n,) [m], one for each link.
+        lengths: Lengths a_i of the links [m], (n,).
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "planar" and the number of its links.
@@ -70,7 +70,7 @@ def spherical_arm(
         lower: Lower position limits [rad, rad, m].
         upper: Upper position limits [rad, rad, m].
         velocity: Velocity limits [rad/s, rad/s, m/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "spherical".
@@ -97,13 +97,13 @@ def cylindrical_arm(
 ) -> Parts:
     """Make an arm that turns about a column, slides along it, and reaches out: q = (ϑ₁, d₂, d₃).
 
-    p = (−d₃ s₁, d₃ c₁, d₂).
+    The tip is at p = (−d₃ s₁, d₃ c₁, d₂).
 
     Args:
         lower: Lower position limits [rad, m, m].
         upper: Upper position limits [rad, m, m].
         velocity: Velocity limits [rad/s, m/s, m/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "cylindrical".
@@ -133,16 +133,16 @@ def scara(
 ) -> Parts:
     """Make a SCARA manipulator, q = (ϑ₁, ϑ₂, d₃, ϑ₄), with all axes upwards.
 
-    p = (a₁ c₁ + a₂ c₁₂, a₁ s₁ + a₂ s₁₂, height + d₃), turned by ϑ₁ + ϑ₂ + ϑ₄ about z.
+    The tip is at p = (a₁ c₁ + a₂ c₁₂, a₁ s₁ + a₂ s₁₂, height + d₃), turned by ϑ₁ + ϑ₂ + ϑ₄ about z.
 
     Args:
         a1: Length of the first link [m].
         a2: Length of the second link [m].
-        height: Of both links above the base [m]; d₃ is negative below it.
+        height: Height of both links above the base [m]; where the tip is lower than that, d₃ is negative.
         lower: Lower position limits [rad, rad, m, rad].
         upper: Upper position limits [rad, rad, m, rad].
         velocity: Velocity limits [rad/s, rad/s, m/s, rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "scara".
@@ -172,7 +172,7 @@ def anthropomorphic_arm(
 ) -> Parts:
     """Make an arm with a base that turns, a shoulder and an elbow; at q = 0 it is stretched along x.
 
-    p = (c₁ (a₂ c₂ + a₃ c₂₃), s₁ (a₂ c₂ + a₃ c₂₃), a₂ s₂ + a₃ s₂₃).
+    The tip is at p = (c₁ (a₂ c₂ + a₃ c₂₃), s₁ (a₂ c₂ + a₃ c₂₃), a₂ s₂ + a₃ s₂₃).
 
     Args:
         a2: Length of the upper arm [m].
@@ -180,7 +180,7 @@ def anthropomorphic_arm(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "anthropomorphic".
@@ -213,7 +213,7 @@ def spherical_wrist(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The wrist, named "spherical_wrist".
@@ -243,7 +243,7 @@ def stanford_manipulator(
         lower: Lower position limits [rad, m].
         upper: Upper position limits [rad, m].
         velocity: Velocity limits [rad/s, m/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "stanford".
@@ -283,7 +283,7 @@ def anthropomorphic_with_wrist(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "anthropomorphic_with_wrist".
@@ -323,7 +323,7 @@ def seven_joint_arm(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "seven_joint_arm".
@@ -332,7 +332,7 @@ def seven_joint_arm(
         InvalidValue: A number is not finite, or the limits do not fit.
 
     Source:
-        Built as the DLR manipulator of Fig. 2.27 of the textbook; our angles α alternate in sign.
+        The DLR manipulator of Fig. 2.27 of the textbook, but with angles α of alternating sign.
     """
     lengths = (0.0, 0.0, d3, 0.0, d5, 0.0, d7)
     turns = (-_QUARTER, _QUARTER, -_QUARTER, _QUARTER, -_QUARTER, _QUARTER, 0.0)
@@ -363,7 +363,7 @@ def parallelogram_arm(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The arm, named "parallelogram"; joints "joint1'", "joint2'", "joint3'" and "joint1''".
@@ -406,7 +406,7 @@ def four_bar(
         lower: Lower position limits [rad].
         upper: Upper position limits [rad].
         velocity: Velocity limits [rad/s].
-        radius: Of the capsules that are the links [m]; default: 6 % of the longest link.
+        radius: Radius of the capsules that form the links [m]; default: 6 % of the longest link.
 
     Returns:
         The linkage, named "four_bar"; joints "joint1", "joint2" and "joint3".
@@ -416,7 +416,7 @@ def four_bar(
             limits do not fit.
 
     Source:
-        Sect. 3.8.3, whose closed chains it is one of.
+        Sect. 3.8.3, on closed chains.
     """
     crank, coupler, rocker, ground = finite("lengths", lengths, (4,)).tolist()
     pin_a = crank * np.exp(1j * 1.0)
@@ -470,7 +470,7 @@ def _chain(
     radius: float | None,
     rod: float = 0.0,
 ) -> Parts:
-    """Make a chain; the last prismatic joint has the rod."""
+    """Make a chain, in which the last prismatic joint slides a rod of the given length [m]."""
     return build_dh(_rows(links, limits, rod), name, radius=radius)
 
 

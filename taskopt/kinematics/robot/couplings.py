@@ -1,4 +1,4 @@
-"""Couplings of joints, as <mimic> of a URDF and <equality><joint> of an MJCF file state them."""
+"""Couplings of joints, which a URDF file states as <mimic> and an MJCF file as <equality><joint>."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -20,8 +20,8 @@ class Coupling:
     Attributes:
         follower: Name of the joint that follows.
         leader: Name of the joint that leads.
-        multiplier: Factor [rad/rad, m/m, or a mixture].
-        offset: [rad, m].
+        multiplier: Factor, in the unit of the follower divided by that of the leader [rad or m].
+        offset: Coordinate of the follower where that of the leader is 0 [rad or m].
     """
 
     follower: str
@@ -31,13 +31,13 @@ class Coupling:
 
 
 def chained(path: object, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]:
-    """Lead every follower back to a joint that follows no other.
+    """Rewrite couplings so that every leader is a joint that follows no other.
 
-    A joint with q = m p + o that follows p = n r + s has q = (m n) r + (m s + o).
+    If q = m p + o and p = n r + s, then q = (m n) r + (m s + o).
 
     Args:
         path: The file, for messages.
-        couplings: As the file states them.
+        couplings: Couplings as the file states them.
 
     Returns:
         Couplings whose leaders follow no joint, in the same order.
@@ -146,7 +146,7 @@ def narrow_leaders(model: Model, couplings: Sequence[Coupling]) -> tuple[str, ..
 
 
 def _coordinate(model: Model, name: str, q: Array) -> float:
-    """Return the coordinate of a joint with one axis; of a continuous joint its angle in (−π, π]."""
+    """Return the coordinate of a joint with one axis [rad or m], for a continuous joint in (−π, π]."""
     joint = model.joints[model.getJointId(name)]
     part = q[joint.idx_q : joint.idx_q + joint.nq]
     return float(part[0]) if joint.nq == 1 else float(np.arctan2(part[1], part[0]))

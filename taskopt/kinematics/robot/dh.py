@@ -26,16 +26,17 @@ class DHRow:
     The joint adds its coordinate to ϑ if it is revolute, and to d if it is prismatic.
 
     Attributes:
-        a: [m].
-        alpha: α [rad].
-        d: [m].
-        theta: ϑ [rad].
+        a: Distance along the new x axis [m].
+        alpha: Angle α about the new x axis [rad].
+        d: Distance along the old z axis [m].
+        theta: Angle ϑ about the old z axis [rad].
         joint: "revolute" or "prismatic".
-        rod: Length of the rod that a prismatic joint slides [m], a piece of the link: from the origin of the
-            new frame along its z axis, backwards if negative. 0 is none.
-        lower: Lower position limit [rad or m]; −inf is none.
-        upper: Upper position limit [rad or m]; +inf is none.
-        velocity: Velocity limit [rad/s or m/s]; +inf is none.
+        rod: Length of the rod that a prismatic joint slides [m]. The rod is a piece of the link, from the
+            origin of the new frame along its z axis; it points backwards if the length is negative, and 0
+            means no rod.
+        lower: Lower position limit [rad or m]; −inf means no limit.
+        upper: Upper position limit [rad or m]; +inf means no limit.
+        velocity: Velocity limit [rad/s or m/s]; +inf means no limit.
 
     Source:
         (2.52) of the textbook.
@@ -92,13 +93,13 @@ def build_dh(
         name: Name of the robot.
         base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
         tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
-        radius: Of the capsules [m]; default: 6 % of the longest length.
+        radius: Radius of the capsules [m]; default: 6 % of the longest length.
 
     Returns:
         The parts of the robot.
 
     Raises:
-        InvalidValue: There is no row, a pose is none, or the radius is not positive.
+        InvalidValue: There is no row, a pose is invalid, or the radius is not positive.
     """
     if not rows:
         raise InvalidValue("an arm needs at least one Denavit–Hartenberg row")
@@ -140,7 +141,7 @@ def add_chain(
         rows: One row for each joint.
         names: What follows "joint" and "link" in the names, one for each joint.
         start: (4, 4) pose of the chain's frame 0 in the world [m].
-        radius: Of the capsules [m].
+        radius: Radius of the capsules [m].
 
     Returns:
         Index of the last joint.

@@ -1,4 +1,4 @@
-"""The one warning about what a robot's file states and the robot does not have."""
+"""The warning about statements of a robot's file that the robot cannot represent."""
 
 import sys
 import warnings
@@ -11,14 +11,14 @@ _PACKAGE = str(Path(__file__).parents[2])
 
 
 def warn_of_dropped(path: str | Path, dropped: Sequence[str]) -> None:
-    """Warn of everything in a file that does not reach the robot, at the user's own line.
+    """Warn of everything in a file that the robot lacks; the warning points to the line of the caller.
 
     Args:
         path: The file.
-        dropped: One sentence for each thing; no sentence, no warning.
+        dropped: One sentence for each thing that is missing. If there are none, nothing is warned of.
 
     Warns:
-        DroppedWarning: There is a sentence.
+        DroppedWarning: There is at least one sentence.
     """
     if dropped:
         message = f"{path} is read, but for this, which robot.dropped lists: {'; '.join(dropped)}"
@@ -26,7 +26,7 @@ def warn_of_dropped(path: str | Path, dropped: Sequence[str]) -> None:
 
 
 def _depth_of_caller() -> int:
-    """Return how many frames above `warn_of_dropped` the first one outside this package is."""
+    """Return the number of stack frames from `warn_of_dropped` up to the first one outside this package."""
     depth, frame = 1, sys._getframe(1)
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
         depth, frame = depth + 1, frame.f_back

@@ -1,8 +1,8 @@
-"""Meaning of the coordinates of joints, decided by the joint's type and never by a number.
+"""Names, units and limits of the coordinates of joints, which follow from the type of each joint.
 
-Files write "no limit" in many ways: 0 for a velocity, ±1.01 on the cosine and sine of a continuous joint,
-1.8e308 on a free-flyer. Only a coordinate that is the integral of its own velocity can have a position
-limit.
+The type decides, and not the number in the file, because files and loaders write "no limit" in many ways: 0
+for a velocity, ±1.01 for the cosine and sine of a continuous joint, 1.8e308 for a free-flyer. Only a
+coordinate that is the integral of its own velocity can have a position limit.
 """
 
 from dataclasses import dataclass
@@ -34,13 +34,16 @@ class JointTable:
     """Names, units and limits of all velocities of a robot, in Pinocchio's order.
 
     Attributes:
-        names: (nv) name of each velocity: the joint's, with a suffix if the joint has several.
-        units: (nv) "rad" or "m", the unit of the coordinate whose rate the velocity is.
-        position_index: (nv,) place of that coordinate in q; −1 if no coordinate has that rate.
+        names: (nv,) name of each velocity: that of its joint, with a suffix if the joint has several
+            velocities.
+        units: (nv,) "rad" or "m", the unit of the coordinate whose rate the velocity is.
+        position_index: (nv,) index in q of the coordinate whose rate the velocity is; −1 if there is no such
+            coordinate.
         position_lower: (nv,) [rad, m]; −inf where there is no limit.
         position_upper: (nv,) [rad, m]; +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s]; +inf where there is no limit.
-        unit_norm: For each joint with a quaternion or (cos, sin) its name, and the place of these in q.
+        unit_norm: For each joint with a quaternion or (cos, sin) its name, and the slice of q that holds
+            them.
     """
 
     names: tuple[str, ...]
@@ -120,7 +123,7 @@ def _units(kind: str, nv: int) -> list[str]:
 
 
 def _unit_part(kind: str, nq: int) -> slice | None:
-    """Return which part of a joint's q has norm 1, or None."""
+    """Return the part of a joint's q that must have norm 1, or None."""
     if kind.startswith(("JointModelRUB", "JointModelRevoluteUnbounded")):
         return slice(0, nq)
     return _UNIT_NORM.get(kind)

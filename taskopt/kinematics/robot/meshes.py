@@ -1,4 +1,4 @@
-"""Meshes that a URDF file refers to: found wherever ROS finds them, and read with clear errors."""
+"""Meshes that a URDF file refers to: they are found where ROS finds them, and read with clear errors."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -29,10 +29,11 @@ def mesh_folders(path: Path, package_dirs: Iterable[str | Path] | None) -> list[
         package_dirs: Folders that hold packages; None: all folders above the file.
 
     Returns:
-        Those folders and the file's own, then those of the variables ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+        The folders of packages and that of the file, then those of the variables ROS_PACKAGE_PATH and
+        AMENT_PREFIX_PATH.
 
     Raises:
-        InvalidValue: package_dirs is no list of folders.
+        InvalidValue: package_dirs is not a list of folders.
     """
     if package_dirs is None:
         given = list(path.parents)
@@ -149,7 +150,7 @@ def _meshes(root: ET.Element) -> Iterator[ET.Element]:
 
 
 def _places(name: str, folders: list[Path]) -> Iterator[Path]:
-    """Yield the files that a mesh can be: package://, model://, file://, or a plain path."""
+    """Yield the files that the name of a mesh may mean: package://, model://, file://, or a plain path."""
     scheme, separator, inner = name.rpartition("://")
     if separator and scheme == "file":
         inner = inner.removeprefix("localhost")
@@ -191,7 +192,7 @@ def _try_alone(file: str, path: Path) -> None:
 
 
 def _first_line(error: Exception) -> str:
-    """Return what a loader says, without the place in its own source that it prefixes."""
+    """Return the message of a loader, without the place in the loader's source that precedes it."""
     lines = [
         line for line in str(error).splitlines() if line and not line.startswith(("From ", "in ", "at "))
     ]

@@ -30,15 +30,17 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
 
     Args:
         name: One of `robot_names`.
-        floating: Give the robot a floating base; None: if it walks or flies. Arms of the textbook stand.
+        floating: True gives the robot a floating base. None: only a robot that walks or flies has one. Arms
+            of the textbook have a fixed base.
 
     Returns:
         The parts of the robot.
 
     Raises:
         UnknownName: There is no robot of that name.
-        NotInstalled: It is no arm of the textbook, and the extra `taskopt[robots]` is not installed.
-        InvalidValue: An arm of the textbook is asked to float.
+        NotInstalled: The robot is not an arm of the textbook, and the extra `taskopt[robots]` is not
+            installed.
+        InvalidValue: `floating` is True for an arm of the textbook.
     """
     if name in ARMS:
         if floating:
@@ -62,7 +64,7 @@ def robot_names() -> tuple[str, ...]:
 
 
 def floats(path: Path, srdf: Path | None) -> bool:
-    """Return True if a robot gets a floating base unless the caller says otherwise.
+    """Return True if a robot has a floating base by default.
 
     Args:
         path: Its URDF file.
@@ -93,7 +95,7 @@ def _path(name: str) -> Path:
 
 @cache
 def _share() -> Path | None:
-    """Find the folder that package:// of the robots starts from, in the wheel or in the environment."""
+    """Find the folder to which package:// of the robots refers, in the wheel or in the environment."""
     folders = [Path(sys.prefix) / "share"]
     with suppress(PackageNotFoundError):
         folders.insert(0, Path(str(distribution("example-robot-data").locate_file("cmeel.prefix/share"))))

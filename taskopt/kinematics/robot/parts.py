@@ -1,4 +1,4 @@
-"""Parts of a robot, as every reader makes them; joints can be locked in them."""
+"""The parts of a robot, which every reader of robots returns, and locking of joints in them."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -28,9 +28,9 @@ class Parts:
         geometry: Collision shapes, or a function that loads them.
         visual: Shapes to draw, or a function that loads them; None: the collision shapes.
         name: Name of the robot.
-        postures: Named postures (nq,) [rad, m].
-        couplings: Joints that follow others; the leaders follow no joint.
-        dropped: Sentences on everything in the file that the robot does not have.
+        postures: Mapping from name to posture (nq,) [rad, m].
+        couplings: Couplings of joints; their leaders follow no joint.
+        dropped: One sentence for each statement of the file that the robot cannot represent.
     """
 
     model: Model
@@ -44,11 +44,11 @@ class Parts:
     def locked(self, ids: Sequence[int], q: Array) -> "Parts":
         """Make the parts of a robot in which some joints are fixed.
 
-        A joint that is coupled to one of them is fixed, too, where the leader of the coupling puts it.
+        A joint that is coupled to one of them is fixed, too, at the value that the coupling gives.
 
         Args:
             ids: Pinocchio's indices of the joints to fix.
-            q: Configuration (nq,) [rad, m] at which they are held.
+            q: Configuration (nq,) [rad, m] at which they are fixed.
 
         Returns:
             New parts; shapes are still loaded on first use only.
@@ -76,13 +76,15 @@ class Parts:
         """Split the joints whose axes turn with their own coordinates into joints with one axis each.
 
         Args:
-            names: Names of the axes of a joint that is split; default: its own name and a number.
+            names: Mapping from a joint that is split to the names of its axes. Axes of a joint that is not
+                named get its name and a number.
 
         Returns:
             Parts with the same coordinates; these parts themselves if there is no such joint.
 
         Raises:
-            InvalidValue: A joint can neither be kept nor split, or the names of its axes are lost.
+            InvalidValue: A joint can neither be kept nor split, or its axes have names in its file that
+                `names` lacks.
         """
         return self._rebuilt(names) if has_turning_axes(self.model) else self
 
@@ -96,7 +98,7 @@ class Parts:
         return replace(self, model=new.model, geometry=moved(self.geometry), visual=moved(self.visual))
 
     def _coupled_to(self, ids: Sequence[int]) -> list[int]:
-        """Return the indices of joints with those of all joints that are coupled to them, sorted."""
+        """Return the sorted indices of some joints and of all joints that are coupled to them."""
         names = {self.model.names[i] for i in ids}
         leaders = {c.leader for c in self.couplings if names & {c.leader, c.follower}}
         names |= leaders | {c.follower for c in self.couplings if c.leader in leaders}
@@ -118,7 +120,7 @@ def _can_be_reduced(model: Model) -> bool:
 
 
 def _with_frames(model: Model, shapes: Shapes) -> GeometryModel:
-    """Copy the shapes, and give each a parent frame of the tree; Pinocchio crashes on shapes without one."""
+    """Copy the shapes with a parent frame for each, since Pinocchio crashes on shapes without one."""
     out = pin.GeometryModel(loaded(shapes))
     for shape in out.geometryObjects:
         if shape.parentFrame >= model.nframes:

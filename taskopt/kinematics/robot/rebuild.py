@@ -1,4 +1,4 @@
-"""Trees built anew, so that each joint has axes that stand still in it, and a frame.
+"""Trees that are rebuilt so that every joint has a frame, and axes that are constant in it.
 
 Jacobian derivatives hold for joints whose axes are constant in their own frame. A composite or universal
 joint, or one of Euler angles, has axes that turn with its own coordinates. It becomes a chain of joints with
@@ -30,12 +30,12 @@ _Axes = list[tuple[JointModel, pin.SE3]]  # joints with one axis, each placed in
 
 @dataclass(frozen=True, eq=False)
 class Rebuilt:
-    """A tree built anew, and where the old joints and frames are in it.
+    """A rebuilt tree, with a map from the old joints and frames to the new ones.
 
     Attributes:
         model: The new tree.
-        joints: (joints + 1,) for each old joint the new one that carries its body.
-        frames: (frames,) for each old frame the new one.
+        joints: (joints + 1,) for each old joint the index of the new joint that carries its body.
+        frames: (frames,) for each old frame the index of the new one.
     """
 
     model: Model
@@ -43,7 +43,7 @@ class Rebuilt:
     frames: IntArray
 
     def moved(self, shapes: GeometryModel) -> GeometryModel:
-        """Copy shapes of the old tree for the new one.
+        """Copy shapes of the old tree, and fix them to the joints of the new tree.
 
         Args:
             shapes: Shapes fixed to joints of the old tree.
@@ -60,7 +60,7 @@ class Rebuilt:
 
 
 def has_turning_axes(model: Model) -> bool:
-    """Say if a joint of a tree has axes that turn with its own coordinates.
+    """Return True if a joint of a tree has axes that turn with its own coordinates.
 
     Args:
         model: The tree.
@@ -79,12 +79,12 @@ def has_turning_axes(model: Model) -> bool:
 
 
 def rebuilt(model: Model, names: Mapping[str, Sequence[str]]) -> Rebuilt:
-    """Build a tree anew, with joints whose axes stand still and a frame for each joint.
+    """Rebuild a tree with joints whose axes are constant, and with a frame for each joint.
 
     Args:
         model: The tree, which stays as it is.
-        names: For a joint that is split, the names of its axes. A joint that is not in it gives them its own
-            name and a number, as in "shoulder_1".
+        names: Mapping from a joint that is split to the names of its axes. Axes of a joint that is not named
+            get its name and a number, as in "shoulder_1".
 
     Returns:
         The new tree, with the coordinates and velocities of the old one.
@@ -135,7 +135,7 @@ def _axis_names(name: str, count: int, names: Mapping[str, Sequence[str]]) -> li
 
 
 def _split(joint: JointModel, name: str) -> _Axes:
-    """Return a joint as joints whose axes stand still; itself if that is so already."""
+    """Split a joint into joints whose axes are constant; return the joint itself if its axes are constant."""
     kind = joint.shortname()
     whole, here = joint.extract(), pin.SE3.Identity()
     if kind == "JointModelComposite":

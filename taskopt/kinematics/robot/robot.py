@@ -1,4 +1,4 @@
-"""Robots: names, limits, kinematic tree and shapes. A robot holds no state; a `Configuration` does."""
+"""Robots: names, limits, kinematic tree and shapes. The state of a robot is in a `Configuration`."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -29,8 +29,9 @@ _ALWAYS = ("neutral", "middle")  # postures that every robot has
 class Robot:
     """A kinematic tree (`pin.Model`) with named joints, frames, limits and postures.
 
-    Limits are what the joint's type allows: a continuous joint or a free-flyer has no position limit, and 0
-    in the file is no velocity limit. Velocities are those of Pinocchio, in the joint's own frame.
+    The type of a joint decides which limits it has: a continuous joint or a free-flyer has no position limit,
+    and a velocity limit of 0 in a file means that there is none. Velocities are those of Pinocchio, in the
+    joint's own frame.
 
     Attributes:
         model: The kinematic tree; a joint whose axes turn with its own coordinates (composite, universal,
@@ -39,16 +40,17 @@ class Robot:
         nq: Number of entries of a posture q.
         nv: Number of entries of a velocity v.
         joints: Names of the movable joints.
-        velocity_names: (nv) name of each velocity.
-        coordinate_units: (nv) "rad" or "m", the unit of the coordinate whose rate each velocity is.
-        position_index: (nv,) place of that coordinate in q; −1 if no coordinate has that rate.
+        velocity_names: (nv,) name of each velocity.
+        coordinate_units: (nv,) "rad" or "m", the unit of the coordinate whose rate each velocity is.
+        position_index: (nv,) index in q of the coordinate whose rate the velocity is; −1 if there is no such
+            coordinate.
         position_lower: (nv,) [rad, m], −inf where there is no limit.
         position_upper: (nv,) [rad, m], +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s], +inf where there is no limit.
-        couplings: Joints that follow others, as mimic joints do; a stack holds them as hard rows.
-        dropped: Sentences on everything in the robot's file that the robot does not have.
-        neutral: (nq,) Pinocchio's neutral configuration, with coupled joints where their leaders put them.
-        postures: Named postures (nq,) [rad, m], "neutral" and "middle" among them.
+        couplings: Couplings of joints, such as mimic joints; a stack keeps them as hard rows.
+        dropped: One sentence for each statement of the robot's file that the robot cannot represent.
+        neutral: (nq,) Pinocchio's neutral configuration, in which coupled joints follow their leaders.
+        postures: Mapping from name to posture (nq,) [rad, m], with "neutral" and "middle" among the names.
     """
 
     def __init__(
@@ -68,7 +70,7 @@ class Robot:
             model: The kinematic tree (`pin.Model`).
             geometry: Collision shapes (`pin.GeometryModel`), or a function that loads them on first use,
                 since meshes take seconds to load; None: no shapes.
-            visual: What a viewer draws, likewise; None: the collision shapes.
+            visual: Shapes that a viewer draws, or a function that loads them; None: the collision shapes.
             name: Name of the robot; default: the model's.
             postures: Named configurations (nq,) [rad, m]; coupled joints are moved to where they belong.
             couplings: Joints that follow others.
@@ -111,14 +113,14 @@ class Robot:
         Args:
             name: One of the names that `taskopt list` shows.
             lock: Names of joints to fix: each at Pinocchio's neutral value, or at the limit nearest to it.
-            floating: Give the robot a floating base; default: if it walks or flies.
+            floating: True gives the robot a floating base. Default: only a robot that walks or flies has one.
 
         Returns:
             The robot.
 
         Raises:
             UnknownName: There is no robot, or no joint, of that name.
-            NotInstalled: The name is that of no arm of the textbook, and the extra is not installed.
+            NotInstalled: The robot is not an arm of the textbook, and the extra is not installed.
         """
         return Robot.from_parts(load_named(name, floating)).lock(lock)
 
@@ -142,7 +144,7 @@ class Robot:
             meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
 
         Returns:
-            The robot. What the file states and the robot does not have is listed in `dropped`.
+            The robot. Its attribute `dropped` lists the statements of the file that it cannot represent.
 
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
@@ -150,7 +152,7 @@ class Robot:
             UnknownName: A joint to lock does not exist.
 
         Warns:
-            DroppedWarning: The file states something that the robot does not have.
+            DroppedWarning: The file states something that the robot cannot represent.
         """
         return Robot.from_parts(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
 
@@ -232,13 +234,13 @@ class Robot:
             name: Name of the robot.
             base: (4, 4) pose of frame 0 in the world [m]; default: the identity.
             tool: (4, 4) pose of the frame "tip" in the last frame [m]; default: the identity.
-            radius: Of the capsules [m]; default: 6 % of the longest length.
+            radius: Radius of the capsules [m]; default: 6 % of the longest length.
 
         Returns:
             The robot.
 
         Raises:
-            InvalidValue: There is no row, a pose is none, or the radius is not positive.
+            InvalidValue: There is no row, a pose is invalid, or the radius is not positive.
 
         Source:
             (2.52) of the textbook.
@@ -247,7 +249,7 @@ class Robot:
 
     @staticmethod
     def from_parts(parts: Parts) -> "Robot":
-        """Make a robot of its parts, as every reader of robots returns them.
+        """Make a robot of the parts that a reader of robots returned.
 
         Args:
             parts: Tree, shapes, name and postures.
@@ -282,7 +284,7 @@ class Robot:
 
     @cached_property
     def visual(self) -> GeometryModel:
-        """Shapes to draw (`pin.GeometryModel`), loaded on first use; else the collision shapes.
+        """Shapes to draw (`pin.GeometryModel`), loaded on first use; the collision shapes if there are none.
 
         Raises:
             MissingFile: A mesh is not there.
@@ -352,7 +354,7 @@ class Robot:
         return self.joints.index(name) + 1
 
     def velocity_index(self, joint: str) -> slice:
-        """Return the places of a joint's velocities in v.
+        """Return the slice of v that holds the velocities of a joint.
 
         Args:
             joint: Name of the joint.
@@ -428,10 +430,10 @@ class Robot:
         )
 
     def checked_q(self, q: ArrayLike) -> Array:
-        """Copy a configuration from outside, after checking it, and normalise its quaternions.
+        """Check a configuration that a user gave, and return a copy with normalised quaternions.
 
         Args:
-            q: (nq,) [rad, m].
+            q: Configuration (nq,) [rad, m].
 
         Returns:
             A new array (nq,).
@@ -452,13 +454,13 @@ class Robot:
         return out
 
     def coupled(self, q: Array) -> Array:
-        """Move the joints that follow others to where their leaders put them.
+        """Move coupled joints to the values that follow from their leaders.
 
         Args:
-            q: (nq,) [rad, m].
+            q: Configuration (nq,) [rad, m].
 
         Returns:
-            A new configuration (nq,) that satisfies the couplings; q for a robot without couplings.
+            A new configuration (nq,) that satisfies the couplings; q itself for a robot without couplings.
         """
         return coupled(self.model, self.couplings, q)
 
@@ -479,12 +481,12 @@ class Robot:
         return np.array(self.model.parents, dtype=np.int64), bodies
 
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
-        """Take one Euler step on the configuration manifold: q ⊕ v dt.
+        """Take one Euler step on the configuration manifold and return q ⊕ v dt.
 
         Args:
-            q: (nq,) [rad, m].
-            v: (nv,) [rad/s, m/s].
-            dt: [s].
+            q: Configuration (nq,) [rad, m].
+            v: Velocity (nv,) [rad/s, m/s].
+            dt: Time step [s].
 
         Returns:
             The configuration (nq,) after the step.
@@ -498,8 +500,8 @@ class Robot:
         """Compute the velocity that leads from q0 to q1 in unit time: q0 ⊕ difference(q0, q1) = q1.
 
         Args:
-            q0: (nq,) [rad, m].
-            q1: (nq,) [rad, m].
+            q0: Configuration (nq,) [rad, m].
+            q1: Configuration (nq,) [rad, m].
 
         Returns:
             (nv,) [rad/s, m/s].
@@ -510,8 +512,8 @@ class Robot:
         """Compute the derivatives of `difference(q0, q1)`.
 
         Args:
-            q0: (nq,) [rad, m].
-            q1: (nq,) [rad, m].
+            q0: Configuration (nq,) [rad, m].
+            q1: Configuration (nq,) [rad, m].
 
         Returns:
             (nv, nv) derivative along the tangent at q0, and (nv, nv) derivative along the tangent at q1.
@@ -520,14 +522,14 @@ class Robot:
         return from_q0, from_q1
 
     def outside(self, q: Array, tolerance: float = JOINT_RANGE) -> tuple[str, ...]:
-        """Say which joints are outside their position limits.
+        """List the joints that are outside their position limits.
 
         Args:
-            q: (nq,) [rad, m].
-            tolerance: Violation that is still accepted [rad, m].
+            q: Configuration (nq,) [rad, m].
+            tolerance: Violation up to which a joint still counts as inside [rad, m].
 
         Returns:
-            One sentence for each joint outside.
+            One sentence for each joint outside its limits.
         """
         has = self.position_index >= 0
         value = np.where(has, q[self.position_index], 0.0)

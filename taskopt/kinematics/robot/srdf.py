@@ -21,7 +21,7 @@ States = Mapping[str, Mapping[str, list[float]]]
 def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
     """Read the joint values of each `group_state` of an SRDF file.
 
-    States of one name that belong to several groups are merged.
+    States of the same name in several groups are merged into one.
 
     Args:
         srdf: The SRDF file.
@@ -50,7 +50,8 @@ def postures(
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Read the named postures of an SRDF file; joints that it does not name are neutral.
 
-    A state of which the model lacks most joints belongs to another variant of the robot, and is left out.
+    A state is left out if the model lacks most of its joints, since it then belongs to another variant of the
+    robot.
 
     Args:
         srdf: The SRDF file.
@@ -87,7 +88,7 @@ def postures(
 
 
 def add_pairs(model: Model, shapes: GeometryModel, srdf: Path) -> None:
-    """Give the shapes all pairs except those that an SRDF disables; no pairs if it disables none.
+    """Add all pairs of shapes except those that an SRDF disables; add none if it disables none.
 
     Args:
         model: The kinematic tree.

@@ -1,9 +1,9 @@
-"""Checks of a URDF file: it must be a tree whose numbers can be read, and what no loader reads is named.
+"""Checks of a URDF file: it must be a tree with readable numbers; statements that are not read are listed.
 
 The loader of Pinocchio reads only what it knows: a link with two parents loses a joint, a cycle vanishes, and
-a shape with a flawed number is left out, each without a word. Here the file is read beside it. What would
-give another robot than the file describes is refused by name, and what has no counterpart in a `pin.Model` is
-put into words for `Robot.dropped`.
+a shape with a flawed number is left out, each without a message. This module therefore reads the file as
+well. An error names every element from which the loader would make another robot than the file describes.
+Statements that have no counterpart in a `pin.Model` become sentences of `Robot.dropped`.
 
 Source:
     The URDF elements and their defaults are those of the XML format that ROS documents for urdfdom.
@@ -266,7 +266,7 @@ def _check_shape(where: str, shape: ET.Element) -> None:
 
 
 def _dropped_of_joints(joints: list[ET.Element]) -> Iterator[str]:
-    """Say which statements about joints do not reach the model, or mean something that surprises."""
+    """Yield a sentence for each statement on a joint that a model cannot represent, or that surprises."""
     said: dict[str, list[str]] = defaultdict(list)
     for joint in joints:
         name, kind = joint.get("name", ""), joint.get("type", "")
@@ -310,7 +310,7 @@ def _is_softer(joint: ET.Element, limit: ET.Element) -> bool:
 
 
 def _foreign(root: ET.Element) -> Iterator[str]:
-    """Say which elements of the file, besides links and joints, would change how the robot moves."""
+    """Yield a sentence for each element besides links and joints that would change the robot's motion."""
     count: dict[str, int] = defaultdict(int)
     for element in root:
         if isinstance(element.tag, str) and element.tag not in _NO_MOTION:

@@ -1,4 +1,4 @@
-"""XML files that describe robots: their numbers are checked, and errors name file and element."""
+"""Reading of XML files that describe robots, with checked numbers and errors that name file and element."""
 
 import math
 import os
@@ -13,7 +13,7 @@ def existing(path: str | Path, kind: str) -> Path:
 
     Args:
         path: The file, relative to the current folder, or with "~" for the home of the user.
-        kind: What it should be, such as "URDF", for the message.
+        kind: Kind of file, such as "URDF", for the message.
 
     Returns:
         The absolute path.
@@ -67,8 +67,8 @@ def numbers(
         where: File and owner of the element, for the message.
         element: The element, or None if the file leaves it out.
         name: Name of the attribute.
-        count: How many numbers it must have, separated by blanks.
-        default: What stands where element or attribute are left out; None if they must not be.
+        count: Number of numbers that the attribute must have, separated by blanks.
+        default: Text that is read where the element or attribute is missing; None if it must be there.
 
     Returns:
         The numbers.
@@ -98,7 +98,7 @@ def number(where: str, element: ET.Element | None, name: str, default: str | Non
         where: File and owner of the element, for the message.
         element: The element, or None if the file leaves it out.
         name: Name of the attribute.
-        default: What stands where element or attribute are left out; None if they must not be.
+        default: Text that is read where the element or attribute is missing; None if it must be there.
 
     Returns:
         The number.
@@ -110,12 +110,12 @@ def number(where: str, element: ET.Element | None, name: str, default: str | Non
 
 
 def names_of(where: str, elements: list[ET.Element], kind: str) -> list[str]:
-    """Read the names of elements, which must be there and differ.
+    """Read the names of elements, each of which must have a name of its own.
 
     Args:
         where: File, for the message.
         elements: The elements.
-        kind: What they are, such as "link", for the message.
+        kind: Kind of the elements, such as "link", for the message.
 
     Returns:
         Their names.
