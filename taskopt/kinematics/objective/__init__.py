@@ -1,4 +1,4 @@
-"""Objectives: what a secondary goal climbs, with value and gradient."""
+"""Objectives: functions w(q) with value and gradient, which secondary goals climb."""
 
 from taskopt.kinematics.objective.base import Objective as Objective
 from taskopt.kinematics.objective.distance import ObstacleDistance as ObstacleDistance

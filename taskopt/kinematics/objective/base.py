@@ -1,4 +1,4 @@
-"""Functions of the configuration that a secondary goal climbs; they add and scale."""
+"""Base of objectives: functions of the configuration, which can be added and scaled."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -16,11 +16,12 @@ class Objective(ABC):
     """A function w(q), larger being better, with its gradient.
 
     Own objectives derive from this class and define `value` and `gradient`; `taskopt.testing.check_objective`
-    tries them. 5.0 * a + 0.1 * b and −a are objectives, too. Objectives must be hashable and must not change.
+    checks them. For objectives a and b, 5.0 * a + 0.1 * b and −a are objectives, too. Objectives must be
+    hashable and must not change.
 
     Attributes:
         unit: Unit of w, such as "m"; "" for a plain number.
-        obstacles: Shapes that w depends on, to be drawn.
+        obstacles: Shapes that w depends on, which a viewer draws.
 
     Source:
         Equation (3.55).
@@ -44,7 +45,7 @@ class Objective(ABC):
 
     @abstractmethod
     def gradient(self, configuration: Configuration) -> Array:
-        """Return ∂w/∂q along the velocities.
+        """Return the gradient of w, one derivative for each velocity.
 
         Args:
             configuration: Robot at q.
@@ -59,7 +60,7 @@ class Objective(ABC):
         return Sum((*_terms(self), *_terms(other)))
 
     def __radd__(self, other: object) -> Union["Sum", "Objective"]:
-        """Let zero stand before an objective, so that the built-in sum() works."""
+        """Return the objective itself for 0 + objective, so that the built-in sum() works."""
         return self if other == 0 else NotImplemented
 
     def __mul__(self, factor: float) -> "Sum":
@@ -89,7 +90,7 @@ class Sum(Objective):
 
     @property
     def unit(self) -> str:  # type: ignore[override]
-        """Unit that all terms have in common, or "" if they differ; factors count as plain numbers."""
+        """Unit that all terms have in common, or "" if they differ; factors have no unit."""
         units = {term.unit for _, term in self.terms}
         return units.pop() if len(units) == 1 else ""
 

@@ -1,4 +1,4 @@
-"""The smallest of many distances as an objective: to obstacles, or between the links of a robot."""
+"""Objectives that are the smallest distance to obstacles, or between the links of a robot."""
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
@@ -20,14 +20,14 @@ from taskopt.kinematics.robot.robot import Robot
 
 
 class Nearest(Objective):
-    """The smallest distance d_i of some pairs of shapes [m], made smooth: w = −τ log Σ exp(−d_i/τ).
+    """The smallest of some distances d_i between shapes [m], made smooth: w = −τ log Σ exp(−d_i/τ).
 
-    The plain minimum has a kink where another pair becomes the nearest, between which a climb would
-    alternate. w lies between min d − τ log(number of pairs) and min d. A pair that is farther by τ counts a
-    third of the nearest one.
+    The plain minimum has a kink where another pair becomes the nearest one, and a climb would alternate
+    between the two pairs. w lies between min d − τ log(number of pairs) and min d. In the gradient, a pair
+    that is farther than the nearest one by τ has about a third of its weight.
 
     Attributes:
-        temperature: τ [m]; 0 is the plain minimum. More makes w smoother, and farther from the minimum.
+        temperature: τ [m]; 0 gives the plain minimum. More makes w smoother, and farther from the minimum.
     """
 
     unit = "m"
@@ -65,11 +65,11 @@ class Nearest(Objective):
 class ObstacleDistance(Nearest):
     """The smallest distance between moving links and obstacles [m], smooth as in `Nearest`.
 
-    Where (3.58) takes a point of the obstacle, such as the centre of a sphere, this takes its surface. For
-    one sphere w differs by the radius, and the gradient is the same.
+    (3.58) measures to a point of the obstacle, such as the centre of a sphere; this objective measures to its
+    surface. For one sphere w differs by the radius, and the gradient is the same.
 
     Args:
-        obstacles: One shape or several, in the world.
+        obstacles: One shape or several, placed in the world.
         temperature: τ [m], see `Nearest`.
         links: Names of links. Default: every link that moves.
 
@@ -133,13 +133,13 @@ class SelfDistance(Nearest):
 
 
 def checked_temperature(temperature: float) -> float:
-    """Return τ as a float.
+    """Check τ and return it as a float.
 
     Args:
         temperature: τ [m].
 
     Returns:
-        τ ≥ 0.
+        τ ≥ 0 [m].
 
     Raises:
         InvalidValue: τ is negative or not finite.
@@ -159,5 +159,5 @@ def _measured(objective: Nearest, configuration: Configuration) -> Distances:
 
 @lru_cache(maxsize=32)
 def _distances(objective: Nearest, robot: Robot) -> Distances:
-    """Return the pairs of an objective for a robot, with their memory."""
+    """Return a record for the distances of an objective on a robot, made once for each robot."""
     return Distances(objective.collision(robot))

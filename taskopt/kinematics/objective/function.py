@@ -17,16 +17,18 @@ _STEP = 6e-6  # cube root of the spacing of floats: truncation and rounding of a
 class UserFunction(Objective):
     """An objective from plain functions of the configuration.
 
-    Without a derivative, w is differentiated numerically, with 2 nv evaluations on every tick and to about
-    ten digits; a warning says so.
+    Without a derivative, w is differentiated numerically to about ten digits, which takes 2 nv evaluations at
+    every tick; a warning says so.
 
     Args:
-        function: w, a number from a `Configuration`; its q is `configuration.q`.
-        derivative: ∂w/∂q, (nv,) from a `Configuration`. Default: central differences.
+        function: Function w that takes a `Configuration`, whose posture is `configuration.q` (nq,), and
+            returns a number.
+        derivative: Function that takes a `Configuration` and returns ∂w/∂q along the velocities, (nv,).
+            Default: central differences.
         unit: Unit of w, such as "m"; "" for a plain number.
 
     Raises:
-        InvalidValue: A function returns the wrong shape or NaN; when called.
+        InvalidValue: When evaluated: a function returns an array of the wrong shape, or NaN.
     """
 
     function: Callable[[Configuration], float]
@@ -62,11 +64,11 @@ def numerical_gradient(value: Callable[[Configuration], float], configuration: C
     """Differentiate a function along each velocity by central differences, on the manifold (3.48).
 
     Args:
-        value: A number from a `Configuration`.
+        value: Function that takes a `Configuration` and returns a number.
         configuration: Robot at q.
 
     Returns:
-        (nv,), to about ten digits.
+        Gradient (nv,), correct to about ten digits.
     """
     robot, near = configuration.robot, Configuration(configuration.robot, configuration.q)
     out, step = np.empty(robot.nv), np.zeros(robot.nv)

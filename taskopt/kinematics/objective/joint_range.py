@@ -1,4 +1,4 @@
-"""Distance from mechanical joint limits as an objective."""
+"""The distance from mechanical joint limits as an objective."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,15 +18,16 @@ class JointRange(Objective):
     """Distance from the limits of the joints, w = −1/(2n) Σ ((q_i − q̄_i)/(q_i,max − q_i,min))².
 
     The sum runs over n joints, with q̄_i the middle of the range. w is a plain number, 0 in the middle of all
-    ranges and negative elsewhere. Joints without a limit on either side do not count, in n neither.
+    ranges and negative elsewhere. Joints that lack a limit on one side do not count, neither in the sum nor
+    in n.
 
     Args:
         joints: Names of joints. Default: all that have a range.
         lower: Lower limits [rad, m] in place of the robot's, one number or one for each chosen joint.
-        upper: Upper limits [rad, m], likewise.
+        upper: Upper limits [rad, m] in place of the robot's, one number or one for each chosen joint.
 
     Raises:
-        InvalidValue: A lower limit is above its upper one, or no joint has a range; when first used.
+        InvalidValue: When first used: a lower limit is above its upper one, or no joint has a range.
 
     Source:
         Equation (3.57).
@@ -61,7 +62,7 @@ class JointRange(Objective):
 
 @lru_cache(maxsize=32)
 def _ranges(objective: JointRange, robot: Robot) -> tuple[IntArray, IntArray, Array, Array]:
-    """Return columns of v, places in q, middle and width of the joints that count."""
+    """Return index in v, index in q, middle and width of the range of each joint that counts."""
     chosen = _chosen(objective, robot)
     lower = _limits("lower", objective.lower, robot.position_lower[chosen])
     upper = _limits("upper", objective.upper, robot.position_upper[chosen])
@@ -80,7 +81,7 @@ def _ranges(objective: JointRange, robot: Robot) -> tuple[IntArray, IntArray, Ar
 
 
 def _chosen(objective: JointRange, robot: Robot) -> IntArray:
-    """Return the columns of v of the joints that are named."""
+    """Return the indices in v of the joints that are named."""
     if objective.joints is None:
         return np.flatnonzero(robot.position_index >= 0)
     slices = [robot.velocity_index(joint) for joint in objective.joints]

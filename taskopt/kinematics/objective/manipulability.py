@@ -1,4 +1,4 @@
-"""Distance from kinematic singularities as an objective."""
+"""The distance from kinematic singularities as an objective."""
 
 from dataclasses import dataclass, field
 
@@ -17,12 +17,13 @@ from taskopt.kinematics.space import chosen_rows
 class Manipulability(Objective):
     """Distance from singularities, w = √det(J Jᵀ), the product of the singular values of a Jacobian.
 
-    J has the rows of the frame's geometric Jacobian that are chosen, in the axes of the world. The unit of w
-    is m to the power of the number of rows x, y, z; w depends on the unit of length.
+    J has the chosen rows of the frame's geometric Jacobian, in the axes of the world. If k of these rows are
+    among x, y, z, the unit of w is m^k.
 
-    ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With J = Σ σ_i u_i v_iᵀ, w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σ_j) v_i u_iᵀ,
-    which stays finite where w = 0. There w has a kink like |x|, and the gradient is the slope to one side of
-    it, so that climbing leaves the singularity.
+    The gradient is ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With the singular value decomposition J = Σ σ_i u_i
+    v_iᵀ, the factor w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σ_j) v_i u_iᵀ, which stays finite where w = 0. At such a
+    singularity w has a kink like |x|; the gradient is then the slope on one side of the kink, so that
+    climbing leaves the singularity.
 
     Args:
         frame: Name of the frame.
@@ -71,7 +72,7 @@ class Manipulability(Objective):
 
 @kernel
 def _manipulability_into(jacobian, rows, columns, column_joint, out):
-    """Write the gradient into `out` (nv,), which must be zero where no column is, and return w."""
+    """Return w, and write the gradient into `columns` of `out` (nv,); its other entries must be zero."""
     m, n = len(rows), len(columns)
     B, U = np.empty((m, n)), np.eye(m)
     for i in range(m):
@@ -103,7 +104,7 @@ def _manipulability_into(jacobian, rows, columns, column_joint, out):
 
 @kernel
 def _orthogonalise_rows(B, U):
-    """Rotate the rows of B (m, n) until they are orthogonal, B ← UᵀB: then B = Σ Vᵀ.
+    """Rotate the rows of B (m, n) until they are orthogonal, by B ← UᵀB, which gives B = Σ Vᵀ.
 
     The one-sided method of Jacobi keeps the digits of small singular values, which are lost in J Jᵀ. Hestenes
     (1958), Journal of the Society for Industrial and Applied Mathematics 6(1).
@@ -135,7 +136,7 @@ def _orthogonalise_rows(B, U):
 
 @kernel
 def _fill_beside(B, sigma, empty):
-    """Make the row of B that is zero a unit vector (n,) orthogonal to all others."""
+    """Set the zero row `empty` of B to a unit vector (n,) that is orthogonal to all other rows."""
     n = B.shape[1]
     v, largest = np.empty(n), 0.0
     for k in range(n):
@@ -157,7 +158,7 @@ def _fill_beside(B, sigma, empty):
 
 @kernel
 def _contract_with_hessian(slope, jacobian, columns, column_joint, out):
-    """Write out_k = Σ slope[r, j] ∂J[r, j]/∂q_k as `frame_hessian_into` has it, without forming it."""
+    """Write out_k = Σ slope[r, j] ∂J[r, j]/∂q_k; the derivative is that of `frame_hessian_into`."""
     for k in columns:
         vx, vy, vz = jacobian[0, k], jacobian[1, k], jacobian[2, k]
         wx, wy, wz = jacobian[3, k], jacobian[4, k], jacobian[5, k]

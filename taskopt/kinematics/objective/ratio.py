@@ -1,4 +1,4 @@
-"""Transformation ratios along a direction as objectives: how well a posture moves, or pushes, that way."""
+"""Transformation ratios of velocity and of force along a direction as objectives."""
 
 from dataclasses import dataclass, field
 
@@ -14,7 +14,7 @@ from taskopt.kinematics.space import chosen_rows
 
 @dataclass(frozen=True)
 class _Ratio(Objective):
-    """Base of both ratios: a frame, a direction, and the rows in which it lies."""
+    """Base of both ratios, which holds the frame, the direction, and the rows of its axes."""
 
     frame: str
     direction: tuple[float, ...]
@@ -49,11 +49,12 @@ class _Ratio(Objective):
 class VelocityRatio(_Ratio):
     """Speed of a frame along u for joint velocities of norm 1, β = (uᵀ (J Jᵀ)⁻¹ u)^(−1/2).
 
-    Climbing it finds postures that actuate a velocity well along u, or that control a force well; descending
-    it, postures that control the velocity finely. At a singularity where u is lost, β = 0 has a kink as |x|
-    has one, and the gradient is the slope to one side of it.
+    J has the chosen rows of the frame's geometric Jacobian. Climbing β leads to postures in which the joints
+    move the frame fast along u, or control a force along u accurately; descending it leads to postures that
+    control the velocity accurately. At a singularity where motion along u is lost, β is 0 and has a kink like
+    |x|; the gradient is then the slope on one side of the kink.
 
-    With y = (J Jᵀ)⁻¹ u, ∂β/∂q_k = β³ yᵀ (∂J/∂q_k) Jᵀ y.
+    The gradient is ∂β/∂q_k = β³ yᵀ (∂J/∂q_k) Jᵀ y with y = (J Jᵀ)⁻¹ u.
 
     Args:
         frame: Name of the frame.
@@ -86,7 +87,7 @@ class VelocityRatio(_Ratio):
         return self._slopes(configuration, beta**2 * y, beta * Jt_y)
 
     def _factors(self, configuration: Configuration) -> tuple[Array, Array, Array]:
-        """Return U (m, m), σ (m,) and Vᵀ (m, nv) of J, with σ raised to a floor so that it can divide."""
+        """Return U (m, m), σ (m,) and Vᵀ (m, nv) of J, with σ raised to a small minimum to allow division."""
         J = self._jacobian(configuration)
         if J.shape[0] > J.shape[1]:
             raise InvalidValue(
@@ -100,11 +101,13 @@ class VelocityRatio(_Ratio):
 class ForceRatio(_Ratio):
     """Force along u that joint torques of norm 1 balance, α = (uᵀ J Jᵀ u)^(−1/2).
 
-    Climbing it finds postures that actuate a force well along u, or that control a velocity well. It grows
-    beyond all bounds near a singularity that loses u, where the structure bears the force; so climb it
-    together with something that keeps away, or keep it above a value with `ObjectiveTask`.
+    J has the chosen rows of the frame's geometric Jacobian. Climbing α leads to postures in which small joint
+    torques exert a large force along u, or which control a velocity along u accurately. α grows without bound
+    near a singularity where motion along u is lost, since the structure then bears the force. Climb it
+    therefore together with an objective that avoids singularities, or keep it above a value with
+    `ObjectiveTask`.
 
-    ∂α/∂q_k = −α³ uᵀ (∂J/∂q_k) Jᵀ u.
+    The gradient is ∂α/∂q_k = −α³ uᵀ (∂J/∂q_k) Jᵀ u.
 
     Args:
         frame: Name of the frame.
@@ -133,6 +136,6 @@ class ForceRatio(_Ratio):
         return -self._slopes(configuration, self._unit, torque) / size**3
 
     def _torque(self, J: Array) -> tuple[Array, float]:
-        """Return Jᵀ u (nv,), and its norm raised to a floor so that it can divide."""
+        """Return Jᵀ u (nv,), and its norm raised to a small minimum to allow division."""
         torque = J.T @ self._unit
         return torque, max(float(np.linalg.norm(torque)), RATIO_FLOOR * float(np.linalg.norm(J, 2)))
