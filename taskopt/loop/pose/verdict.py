@@ -40,21 +40,21 @@ def judge(known: Evidence) -> tuple[Verdict, str]:
         The verdict, and its reason in one sentence.
     """
     lacks = _lack(known.errors)
-    if known.limits and known.free:
-        names = " and ".join(known.limits)
+    names = _listed(known.limits)
+    held = f", held by {names}" if known.limits else ""
+    if known.limits and known.free and known.ends >= CONFIRMED:
         return Verdict.LIMIT, (
-            f"{names} {'are' if len(known.limits) > 1 else 'is'} in the way: the nearest of {known.starts} "
-            f"starts lacks {lacks}, and without limits the goals are met"
+            f"{names} {'are' if len(known.limits) > 1 else 'is'} in the way: {known.ends} of {known.starts} "
+            f"starts end at the least error, {lacks}, and without limits the goals are met"
         )
     if known.ends >= CONFIRMED:
-        held = f", held by {' and '.join(known.limits)}" if known.limits else ""
         return Verdict.UNREACHABLE, (
             f"the goals are out of reach: {known.ends} of {known.starts} starts end at the least error, "
             f"{lacks}{held}, and none comes nearer"
         )
     return Verdict.LOCAL_MINIMUM, (
-        f"none of {known.starts} starts meets the goals: the nearest lacks {lacks}, and only {known.ends} "
-        f"came that near; more starts may find a posture"
+        f"none of {known.starts} starts meets the goals: the nearest lacks {lacks}{held}, and only "
+        f"{known.ends} came that near; more starts may find a posture"
     )
 
 
@@ -88,6 +88,11 @@ def limits_in_the_way(resolution: Resolution, levels: int) -> tuple[str, ...]:
     ]
     found.sort(key=lambda active: -abs(active.multiplier))
     return tuple(dict.fromkeys(str(active) for active in found))
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names as a list in a sentence."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def _lack(errors: dict[str, GoalError]) -> str:
