@@ -22,7 +22,7 @@ from taskopt.errors import Infeasible, KeptProblem, NotSolved
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import LIMIT_KEPT
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.distance import BoundDistance
+from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.loop.controller import Controller
 
 TICKS_IN_A_ROW = 20  # on average, before the robot jumps to another posture
@@ -139,7 +139,7 @@ class Floor:
 
     def __init__(self, limit: BoundDistance) -> None:
         self.limit = limit
-        self.least: Array = np.full(len(limit.row_names), limit.margin)
+        self.least: Array = np.full(len(limit.pair_names), limit.margin)
 
     def start(self, configuration: Configuration) -> bool:
         """Measure the distances at the start of a sequence of ticks.

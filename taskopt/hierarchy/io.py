@@ -12,7 +12,8 @@ from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.hierarchy.layout import Block, Layout
 
-_FORMAT = 1
+_FORMAT = 2
+_WITHOUT_LABELS = 1  # the format before rows had labels
 
 
 def write(path: Path, layout: Layout, buffer: Array, norm: Array) -> None:
@@ -49,7 +50,10 @@ def read(path: Path) -> tuple[Layout, Array, Array]:
     try:
         with np.load(path, allow_pickle=False) as file:
             buffer, norm, text = file["buffer"], file["norm"], str(file["layout"])
-        layout = _layout(json.loads(text))
+        names = json.loads(text)
+        labelled = names["format"] != _WITHOUT_LABELS
+        layout = _layout(names)
+        buffer = buffer if labelled else _with_labels(layout, buffer)
     except (BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:
         raise InvalidValue(f"{path} is not a hierarchy that Hierarchy.save wrote: {error}") from error
     if buffer.shape != (layout.size,) or norm.shape not in ((layout.n,), (layout.n, layout.n)):
@@ -59,10 +63,17 @@ def read(path: Path) -> tuple[Layout, Array, Array]:
 
 def _layout(names: dict[str, Any]) -> Layout:
     """Return the layout that JSON text holds; wrong text raises whatever reading it raises."""
-    if names.pop("format") != _FORMAT:
-        raise ValueError(f"this version reads format {_FORMAT}")
+    if names.pop("format") not in (_WITHOUT_LABELS, _FORMAT):
+        raise ValueError(f"this version reads the formats {_WITHOUT_LABELS} and {_FORMAT}")
     blocks = tuple(Block(**_with_tuples(block)) for block in names.pop("blocks"))
     return Layout(blocks=blocks, **_with_tuples(names))
+
+
+def _with_labels(layout: Layout, buffer: Array) -> Array:
+    """Give each row of an older buffer the label 0, by which it has its own name."""
+    if buffer.shape != (layout.size - layout.row_count,):
+        raise ValueError(f"{buffer.size} numbers do not fit the names")
+    return np.insert(buffer, buffer.size - 4 * layout.n, np.zeros(layout.row_count))
 
 
 def _with_tuples(names: dict[str, Any]) -> dict[str, Any]:

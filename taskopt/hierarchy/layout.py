@@ -40,6 +40,8 @@ class Block:
         stop: The row after the last one.
         row_names: Name of each row within the block.
         row_units: Unit of each row's bounds, "" for plain numbers.
+        choices: Names that any row of the block may have from tick to tick, instead of its own; the label of
+            the row says which. Empty if each row has one name for good.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Block:
     stop: int
     row_names: tuple[str, ...]
     row_units: tuple[str, ...]
+    choices: tuple[str, ...] = ()
 
     @property
     def rows(self) -> slice:
@@ -132,8 +135,34 @@ class Layout:
         """
         if i < self.n:
             return self.unknown_units[i] if self.unknown_units else ""
-        block = next(block for block in self.blocks if block.start <= i - self.n < block.stop)
+        block = self.block_of(i - self.n)
         return block.row_units[i - self.n - block.start]
+
+    def block_of(self, row: int) -> Block:
+        """Return the block that a row belongs to.
+
+        Args:
+            row: Index of the row among all rows.
+
+        Returns:
+            The block.
+        """
+        return next(block for block in self.blocks if block.start <= row < block.stop)
+
+    def row_name(self, row: int, label: int) -> str:
+        """Return the name of a row at a tick, with its block.
+
+        Args:
+            row: Index of the row among all rows.
+            label: Its label at the tick, see `view.Rows`.
+
+        Returns:
+            A name such as "hand/x".
+        """
+        if label == 0:
+            return self.row_names[row]
+        block = self.block_of(row)
+        return f"{block.name}/{block.choices[label - 1]}"
 
     def rows_of_level(self, level: int) -> slice:
         """Return the rows of a level among all rows.

@@ -11,7 +11,7 @@ Robotics 27(4); Escande, Mansard and Wieber (2014), Int. J. Robotics Research 33
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -87,12 +87,14 @@ class LevelRows:
         lower: Lower bounds of A x, (m,).
         upper: Upper bounds of A x, (m,).
         weight: Weights, (m,).
+        label: Labels, see `view.Rows`, (m,); empty where nobody reads or writes them.
     """
 
     A: Array
     lower: Array
     upper: Array
     weight: Array
+    label: Array = field(default_factory=lambda: np.zeros(0))
 
     def distance(self, x: Array) -> Array:
         """Return the signed distance of A x to its interval.
@@ -149,6 +151,7 @@ class Hierarchy:
         self.norm = _read_only(checked_norm(norm, n))
         self.buffer = np.empty(self.layout.size)
         self.owner[:] = 0.0
+        self.label[:] = 0.0
         stacked = hard + ranks
         if stacked:
             self.A[:] = np.vstack([level.A for level in stacked])
@@ -236,6 +239,11 @@ class Hierarchy:
         return self.rows.weight
 
     @property
+    def label(self) -> Array:
+        """Which of the names of its block each row has, counted from 1; 0 for its own name, (M,)."""
+        return self.rows.label
+
+    @property
     def box_lower(self) -> Array:
         """Lower bounds of x, (n,)."""
         return self.rows.box_lower
@@ -270,7 +278,8 @@ class Hierarchy:
             The rows.
         """
         rows = self.layout.rows_of_level(k)
-        return LevelRows(self.A[rows], self.lower[rows], self.upper[rows], self.weight[rows])
+        parts = self.A, self.lower, self.upper, self.weight, self.label
+        return LevelRows(*(part[rows] for part in parts))
 
     def norm_matrix(self) -> Array:
         """Return W as a matrix, (n, n)."""
@@ -312,7 +321,7 @@ class Hierarchy:
         """
         n = self.layout.n
         if i >= n:
-            return self.layout.row_names[i - n]
+            return self.layout.row_name(i - n, int(self.label[i - n]))
         owner = self.layout.owners[int(self.owner[int(upper), i])]
         return f"{owner}/{self.layout.unknowns[i]}"
 

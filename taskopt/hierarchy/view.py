@@ -4,7 +4,7 @@ A hierarchy lives in one flat float64 buffer, so that a tick is handed to a comp
 logged as one thing; an answer lives in another one, which ends with a copy of the hierarchy that it
 answers. With n unknowns, M rows and L levels the two are, in this order:
 
-    buffer   A (M, n), lower (M,), upper (M,), weight (M,),
+    buffer   A (M, n), lower (M,), upper (M,), weight (M,), label (M,),
              box lower (n,), box upper (n,), owner of each box lower and of each box upper bound (2, n)
     answer   x (n,), multipliers (L + 1, n + M), KKT residuals (L + 1, 4), buffer
 
@@ -29,6 +29,7 @@ class Rows(NamedTuple):
         lower: Lower bounds of A x, (M,); −inf where there is none.
         upper: Upper bounds of A x, (M,); equal to `lower` in an equality.
         weight: Weight of each row in its level, (M,).
+        label: Which of the names of its block each row has at this tick, counted from 1; 0 for its own, (M,).
         box_lower: Lower bounds of x, (n,).
         box_upper: Upper bounds of x, (n,).
         norm: The norm W that decides what stays free: its diagonal (n,), or all of it row by row (n · n,).
@@ -40,6 +41,7 @@ class Rows(NamedTuple):
     lower: Array
     upper: Array
     weight: Array
+    label: Array
     box_lower: Array
     box_upper: Array
     norm: Array
@@ -73,7 +75,7 @@ def buffer_size(n: int, row_count: int) -> int:
     Returns:
         The number of float64 entries.
     """
-    return row_count * (n + 3) + 4 * n
+    return row_count * (n + 4) + 4 * n
 
 
 def answer_size(n: int, row_count: int, level_count: int) -> int:
@@ -105,12 +107,13 @@ def rows_of(buffer: Array, n: int, norm: Array, offsets: IntArray, columns: IntA
     """
     rows = columns.size
     bounds = buffer[rows * n :]
-    box = bounds[3 * rows :]
+    box = bounds[4 * rows :]
     return Rows(
         buffer[: rows * n].reshape((rows, n)),
         bounds[:rows],
         bounds[rows : 2 * rows],
         bounds[2 * rows : 3 * rows],
+        bounds[3 * rows : 4 * rows],
         box[:n],
         box[n : 2 * n],
         norm,

@@ -128,9 +128,12 @@ class RowPart(Part):
 
     Attributes:
         fixed_target: True if `aim` need not be called on every tick, since the target stands still.
+        choices: Names that a row may have instead of its own; `fill` writes the number of the
+            name, counted from 1, as the label of the row. Empty where each row has one name for good.
     """
 
     fixed_target: bool = False
+    choices: tuple[str, ...] = ()
 
     def __init__(
         self,

@@ -17,8 +17,8 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.gate import Axes, Enabled, Gate, Weight
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, named_apart
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
+from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
-from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.kinematics.parameter import Followed, Parameter, Setting
 from taskopt.kinematics.part import Part, RowPart, check_complete
 from taskopt.kinematics.plan import base_box, compiled_tick, flawed
@@ -130,7 +130,7 @@ class Plan:
         dampings = [found for k, level in enumerate(levels, 1) for found in _damping(level, k)]
         limits, self.obstacles = _named_obstacles(stack)
         self.limits = tuple(_bound_limit(limit, robot, dt) for limit in limits)
-        boxes = [limit for limit in self.limits if isinstance(limit, BoundLimit)]
+        boxes = [limit.box_part() for limit in self.limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
         hard += [BoundCoupling(robot, robot.couplings)] if robot.couplings else []
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
@@ -460,7 +460,7 @@ def _damping(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDamping
 
 def _rows(hierarchy: Hierarchy, block: Block) -> LevelRows:
     """Return the rows of one block as views."""
-    parts = hierarchy.A, hierarchy.lower, hierarchy.upper, hierarchy.weight
+    parts = hierarchy.A, hierarchy.lower, hierarchy.upper, hierarchy.weight, hierarchy.label
     return LevelRows(*(array[block.rows] for array in parts))
 
 
@@ -499,6 +499,7 @@ def _layout(
     for k, name, part in [*((0, name, limit) for name, limit in hard), *tasks]:
         start = len(column)
         column += part.column
-        blocks.append(Block(name, k, start, len(column), part.row_names, part.row_units))
+        names = part.row_names, part.row_units, part.choices
+        blocks.append(Block(name, k, start, len(column), *names))
     units = rate_units(robot.coordinate_units)
     return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)

@@ -21,8 +21,9 @@ class Batch:
 
     Rows of the hierarchy are counted as in its multipliers: first the n unknowns, whose bounds form the
     box, then the M rows. The state of a row is −1 at its lower bound, +1 at its upper bound and 0 between
-    them. The code of a row tells the limit as well: it is the state for a row, and the state times
-    (1 + index of the limit in `layout.owners`) for an unknown, because several limits bound an unknown.
+    them. The code of a row tells its name as well: it is the state times (1 + index of the limit in
+    `layout.owners`) for an unknown, because several limits bound an unknown, the state times the label for a
+    row that has one, and the state for any other row.
 
     Attributes:
         steps: The steps, (k,), in the order of time, all of the same resolver.
@@ -188,7 +189,8 @@ class Batch:
         Returns:
             The names of its P pairs.
         """
-        return next(block.row_names for block in self.layout.blocks if block.name == limit)
+        block = next(block for block in self.layout.blocks if block.name == limit and block.level == 0)
+        return block.choices or block.row_names
 
     def distance(self, limit: str) -> Array:
         """Return the distance of each pair of a limit.
@@ -211,6 +213,24 @@ class Batch:
             Points on the first and on the second body, (k, P, 2, 3), in the world frame [m].
         """
         return np.array([step.distances[limit].witness for step in self.steps])
+
+    def held_off(self, limit: str) -> Mask:
+        """Tell which pairs of a limit are held off by an active row.
+
+        Args:
+            limit: The name of the limit, one of `distance_limits`.
+
+        Returns:
+            True for each such pair, (k, P).
+        """
+        block = next(block for block in self.layout.blocks if block.name == limit and block.level == 0)
+        active = self.state[:, self.layout.n :][:, block.rows] != 0
+        if not block.choices:
+            return active
+        out = np.zeros((len(self.steps), len(block.choices)), dtype=bool)
+        ticks, rows = np.nonzero(active)
+        out[ticks, self.label[:, block.rows][ticks, rows] - 1] = True
+        return out
 
     def residual(self, task: str) -> Array:
         """Return the distance of A x to the interval [lower, upper] of a task.
@@ -267,6 +287,11 @@ class Batch:
         return np.array([step.hierarchy.owner for step in self.steps]).astype(np.int64)
 
     @cached_property
+    def label(self) -> IntArray:
+        """The labels of the rows, (k, M): numbers of their names, counted from 1; 0 for their own names."""
+        return np.array([step.hierarchy.label for step in self.steps]).astype(np.int64)
+
+    @cached_property
     def row_names(self) -> tuple[str, ...]:
         """The n names of the unknowns, then the M names of the rows."""
         return (*self.layout.unknowns, *self.layout.row_names)
@@ -307,7 +332,10 @@ class Batch:
         if code == 0:
             return "free"
         side = "upper" if code > 0 else "lower"
-        return f"{self.layout.owners[abs(code) - 1]} {side}" if row < self.layout.n else side
+        if row < self.layout.n:
+            return f"{self.layout.owners[abs(code) - 1]} {side}"
+        choices = self.layout.block_of(row - self.layout.n).choices
+        return f"{choices[abs(code) - 1]} {side}" if choices else side
 
     def active_name(self, row: int, code: int) -> str:
         """Name an active bound as `str(Active)` does.
@@ -319,9 +347,11 @@ class Batch:
         Returns:
             The limit, the unknown or row, and the side, such as "joint_velocity/joint1 upper".
         """
-        side = "upper" if code > 0 else "lower"
-        owner = f"{self.layout.owners[abs(code) - 1]}/" if row < self.layout.n else ""
-        return f"{owner}{self.row_names[row]} {side}"
+        side, n = "upper" if code > 0 else "lower", self.layout.n
+        if row < n:
+            return f"{self.layout.owners[abs(code) - 1]}/{self.row_names[row]} {side}"
+        label = abs(code) if self.layout.block_of(row - n).choices else 0
+        return f"{self.layout.row_name(row - n, label)} {side}"
 
     def ticks_every(self, period: float, dt: float) -> IntArray:
         """Find the steps that fall on multiples of a period.
@@ -354,8 +384,9 @@ class Batch:
         return next(block for block in self.layout.blocks if block.level and block.name == task)
 
     def _with_owner(self, side: StateArray) -> IntArray:
-        """Multiply the sides of the unknowns by 1 + the index of the limit that the bound comes from."""
+        """Multiply the sides by the labels of the rows, and by 1 + the index of the limit of each bound."""
         code = side.astype(np.int64)
         n = self.layout.n
         code[:, :n] *= 1 + np.where(code[:, :n] > 0, self.owner[:, 1], self.owner[:, 0])
+        code[:, n:] *= np.maximum(self.label, 1)
         return code

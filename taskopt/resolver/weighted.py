@@ -162,6 +162,7 @@ def weighted_problem(hierarchy: Hierarchy, ratio: float | None = None) -> Hierar
     problem.lower[:count], problem.lower[count:] = hierarchy.lower, 0.0
     problem.upper[:count], problem.upper[count:] = hierarchy.upper, 0.0
     problem.weight[count:] = hierarchy.norm if diagonal else 1.0
+    problem.label[:count], problem.label[count:] = hierarchy.label, 0.0
     for k in range(levels + 1):
         rows = hierarchy.layout.rows_of_level(k)
         problem.weight[rows] = hierarchy.weight[rows] * ratio ** (max(k, 1) - 1 - levels)

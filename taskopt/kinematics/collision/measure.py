@@ -91,20 +91,58 @@ def distances_into(contact, crossed, turn, J, distance, gradient):
     """
     doubtful = False
     for i in range(distance.size):
-        nx, ny, nz = contact[i, 0], contact[i, 1], contact[i, 2]
-        px, py, pz = contact[i, 3], contact[i, 4], contact[i, 5]
-        distance[i] = nx * (contact[i, 6] - px) + ny * (contact[i, 7] - py) + nz * (contact[i, 8] - pz)
-        reach = abs(contact[i, 6] - px) + abs(contact[i, 7] - py) + abs(contact[i, 8] - pz)
-        doubtful |= not reach > 0.0
-        if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            distance[i] = crossed[i]
-        mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+        line, apart = line_of(contact[i])
+        doubtful |= not apart > 0.0
+        distance[i] = crossed[i] if has_no_normal(line) else line[6]
         for k in range(turn.shape[1]):
             gradient[i, k] = 0.0
             if turn[i, k] != 0.0:
-                slope = (
-                    nx * J[0, k] + ny * J[1, k] + nz * J[2, k] + mx * J[3, k] + my * J[4, k] + mz * J[5, k]
-                )
-                if not abs(slope) < NO_SLOPE:  # written so that NaN is handed on, and found
-                    gradient[i, k] = turn[i, k] * slope
+                gradient[i, k] = turn[i, k] * slope_of(line, J, k)
     return doubtful
+
+
+@kernel
+def line_of(contact):
+    """Compute the line through the nearest points of a pair.
+
+    Args:
+        contact: (9,) unit normal n, nearest points p₁ and p₂ [m], in the world.
+
+    Returns:
+        n, p₁ × n and nᵀ(p₂ − p₁) as seven numbers; and the 1-norm of p₂ − p₁ [m].
+    """
+    nx, ny, nz = contact[0], contact[1], contact[2]
+    px, py, pz = contact[3], contact[4], contact[5]
+    x, y, z = contact[6] - px, contact[7] - py, contact[8] - pz
+    moment = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+    return (nx, ny, nz, *moment, nx * x + ny * y + nz * z), abs(x) + abs(y) + abs(z)
+
+
+@kernel
+def has_no_normal(line):
+    """Tell if Coal found no normal for a pair.
+
+    Args:
+        line: See `line_of`.
+
+    Returns:
+        True if n is zero.
+    """
+    return line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0
+
+
+@kernel
+def slope_of(line, J, k):
+    """Compute nᵀv_k + (p₁ × n)ᵀω_k, where p₁ is moved by velocity k and the other solid is not.
+
+    Args:
+        line: See `line_of`.
+        J: (6, nv) joint Jacobians at the origin of the world; column k is (v_k, ω_k).
+        k: Index of the velocity.
+
+    Returns:
+        The slope; 0 where it is rounding.
+    """
+    slope = line[0] * J[0, k] + line[1] * J[1, k] + line[2] * J[2, k]
+    slope += line[3] * J[3, k] + line[4] * J[4, k] + line[5] * J[5, k]
+    return 0.0 if abs(slope) < NO_SLOPE else slope  # written so that NaN is handed on, and found

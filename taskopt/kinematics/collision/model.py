@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.errors import NotInstalled
 from taskopt.hierarchy.tolerances import COAL_RETRY
 from taskopt.kinematics.collision.pairs import SolidPair, shape_names, shapes_of
@@ -119,14 +119,30 @@ class Collision:
         pin.updateGeometryPlacements(self.robot.model, data, self.shapes, self._data)
         pin.computeDistances(self.shapes, self._data)
 
-    def remeasure(self) -> None:
+    def update_some(self, data: Data, pairs: IntArray) -> None:
+        """Measure some pairs, into their rows of `contact`; the other rows stay as they were.
+
+        Args:
+            data: `pin.Data` with the joints placed.
+            pairs: Indices of the pairs.
+        """
+        shapes, memory, measure = self.shapes, self._data, pin.computeDistance
+        pin.updateGeometryPlacements(self.robot.model, data, shapes, memory)
+        for pair in pairs.tolist():
+            measure(shapes, memory, pair)
+
+    def remeasure(self, pairs: IntArray | None = None) -> None:
         """Measure pairs again whose nearest points coincide or are NaN, with a larger tolerance.
 
         About once in 10⁷ distances Coal's iteration fails by rounding: it returns NaN, or zero for solids
         that are half a metre apart.
+
+        Args:
+            pairs: Indices of the pairs to look at; default: all.
         """
-        apart = np.abs(self.contact[:, 6:] - self.contact[:, 3:6]).max(axis=1)
-        for pair in np.flatnonzero(~(apart > 0.0)):
+        pairs = np.arange(len(self.pairs)) if pairs is None else pairs
+        apart = np.abs(self.contact[pairs, 6:] - self.contact[pairs, 3:6]).max(axis=1)
+        for pair in pairs[~(apart > 0.0)]:
             request = self._data.distanceRequests[int(pair)]
             asked, request.gjk_tolerance = request.gjk_tolerance, COAL_RETRY
             pin.computeDistance(self.shapes, self._data, int(pair))

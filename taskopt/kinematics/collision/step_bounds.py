@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, Mask
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry.coal import core, extent
@@ -52,6 +52,45 @@ def nominal_speeds(robot: Robot) -> Array:
         (nv,) the velocity limits, but at most 2π rad/s for turning and 1 m/s for sliding joints.
     """
     return np.minimum(robot.velocity_limit, np.where(_turns(robot), _TURNING, _SLIDING))
+
+
+class Between(NamedTuple):
+    """The velocities that change each distance, pair after pair.
+
+    Attributes:
+        start: (P + 1,) where the entries of each pair begin, and the end.
+        column: Index of each such velocity.
+        reach: ρ, the largest distance that a point of the first solid can have from the axis of the joint
+            [m]; 1 for a slide.
+        sign: +1 where the velocity moves the second solid, −1 where it moves the first.
+        speed: v̄, see `nominal_speeds` [rad/s, m/s].
+    """
+
+    start: IntArray
+    column: IntArray
+    reach: Array
+    sign: Array
+    speed: Array
+
+
+def between(collision: Collision) -> Between:
+    """List the velocities that change each distance.
+
+    Args:
+        collision: The P pairs.
+
+    Returns:
+        The velocities, each with the largest change of the distance that it can make in unit time.
+
+    Raises:
+        InvalidValue: A sliding joint between two solids has no position limit.
+    """
+    reach = np.array([_reach(collision.robot, collision, pair) for pair in range(len(collision.pairs))])
+    reach[:, ~_turns(collision.robot)] = 1.0
+    pair, column = np.nonzero(collision.turn)
+    start = np.searchsorted(pair, np.arange(len(collision.pairs) + 1))
+    speed = nominal_speeds(collision.robot)[column]
+    return Between(start, column, reach[pair, column], collision.turn[pair, column], speed)
 
 
 def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:

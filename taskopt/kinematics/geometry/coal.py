@@ -172,6 +172,22 @@ def extent(shape: GeometryObject) -> float:
     Returns:
         An upper bound [m], from the sphere around the solid's bounding box.
     """
+    centre, radius = ball_around(shape)
+    return float(np.linalg.norm(centre)) + radius
+
+
+def ball_around(shape: GeometryObject) -> tuple[Array, float]:
+    """Enclose a solid in the ball around its bounding box.
+
+    Args:
+        shape: The solid.
+
+    Returns:
+        Centre (3,) in the frame of the solid's joint, and radius [m]; the centre is zero and the radius
+        infinite for a half-space.
+    """
+    if isinstance(shape.geometry, coal.Halfspace):
+        return np.zeros(3), np.inf
     shape.geometry.computeLocalAABB()
     centre = shape.placement.act(np.asarray(shape.geometry.aabb_center).ravel())
-    return float(np.linalg.norm(centre)) + float(shape.geometry.aabb_radius)
+    return centre, float(shape.geometry.aabb_radius)

@@ -43,6 +43,14 @@ class BoundLimit(Part):
         if self.kernel is not None:
             self.kernel(self.parameters, self.memory, state_of(configuration), bounds, owner)  # type: ignore[call-arg]
 
+    def box_part(self) -> "BoundLimit":
+        """Return the part that narrows bounds in a plan: the limit itself, unless it hands that on.
+
+        Returns:
+            The part.
+        """
+        return self
+
 
 class RowLimit(RowPart):
     """Bounds on linear combinations of velocities: named hard rows lower ≤ A v ≤ upper; see `RowPart`."""

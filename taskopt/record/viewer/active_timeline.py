@@ -14,7 +14,7 @@ from taskopt.record.viewer.rows import limit_rows, pair_rows
 from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
-_VIOLATED = 1000  # added to the magnitude of the code of a bound that is violated instead of active
+_VIOLATED = 1_000_000  # added to the magnitude of the code of a bound that is violated instead of active
 _ANY, _ANY_WORDS = "any_limit", ("none active", "active")
 _PAIR_LABELS = {"lower": "held off", "over lower": "too fast"}  # of the hard rows of a distance limit
 
@@ -113,6 +113,8 @@ class ActiveTimeline:
         """Return the colours and labels of the states that a row can have."""
         sides = {"upper": UPPER, "lower": UPPER if row in self._pairs else LOWER}
         owners = batch.layout.owners if row < batch.layout.n else ("",)
+        if row >= batch.layout.n and batch.layout.block_of(row - batch.layout.n).choices:
+            owners = ()  # thousands of pairs, whose colours are left to the viewer
         states = {f"{owner} {side}".strip(): colour for owner in owners for side, colour in sides.items()}
         states |= {f"over {state}": VIOLATED for state in states}
         states["free"] = FREE

@@ -43,7 +43,6 @@ class Clearance:
         """
         self._resolvers, self._dt = info.resolvers, info.scenario.dt
         self._limits = info.plan.distance_limits
-        self._rows = {block.name: block.rows for block in info.plan.layout.blocks if block.level == 0}
         self._opened: dict[str, set[int]] = {}  # pairs with a line, by the path of the least distance
 
     def draw(self, writer: RecordingWriter) -> None:
@@ -101,9 +100,9 @@ class Clearance:
             if pair not in opened
         }
         for pair, begin in sorted(begins.items(), key=lambda known: known[::-1]):
-            path = pair_path(batch.resolver, limit, bound.row_names[pair])
+            path = pair_path(batch.resolver, limit, bound.pair_names[pair])
             if pair not in opened:
-                draw_lines(writer, path, [bound.row_names[pair]], line_colours(len(opened) + 1)[-1:])
+                draw_lines(writer, path, [bound.pair_names[pair]], line_colours(len(opened) + 1)[-1:])
                 opened.add(pair)
             values = rr.Scalars.columns(scalars=distance[begin:, pair])
             writer.send_columns(path, index[begin:], time[begin:], values)
@@ -134,7 +133,7 @@ class Clearance:
 
     def _paint(self, batch: Batch, limit: str, ticks: IntArray) -> Colours:
         """Return the colours of the pairs, (k, P): violated, held off by an active row, or merely near."""
-        active = batch.state[:, batch.layout.n :][ticks, self._rows[limit]] != 0
+        active = batch.held_off(limit)[ticks]
         below = batch.distance(limit)[ticks] < self._limits[limit].margin - SHOWN_VIOLATION
         return np.where(below, VIOLATED, np.where(active, UPPER, NEAR)).astype(np.uint32)
 

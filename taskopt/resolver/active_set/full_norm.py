@@ -4,6 +4,7 @@ Bounds on single unknowns become hard rows there, and multipliers carry over one
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -36,6 +37,7 @@ def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
     result.lower[:] = np.concatenate([hierarchy.box_lower, hierarchy.lower])
     result.upper[:] = np.concatenate([hierarchy.box_upper, hierarchy.upper])
     result.weight[:] = np.concatenate([np.ones(n), hierarchy.weight])
+    result.label[n:] = hierarchy.label
     result.box_lower[:], result.box_upper[:] = -np.inf, np.inf
     return result, inverse
 
@@ -73,7 +75,5 @@ def _with_box_as_rows(layout: Layout) -> Layout:
     """Return the layout with the box as hard rows; its multipliers and states keep their places."""
     n = layout.n
     box = Block("box", 0, 0, n, layout.unknowns, ("",) * n)
-    moved = tuple(
-        Block(b.name, b.level, b.start + n, b.stop + n, b.row_names, b.row_units) for b in layout.blocks
-    )
+    moved = tuple(replace(block, start=block.start + n, stop=block.stop + n) for block in layout.blocks)
     return Layout(layout.unknowns, (box, *moved), layout.level_count)

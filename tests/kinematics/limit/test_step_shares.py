@@ -6,7 +6,7 @@ import pytest
 from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.limit import ObstacleLimit
-from taskopt.kinematics.limit.distance import approach_into
+from taskopt.kinematics.limit.bound_distance import approach_into
 from taskopt.kinematics.robot import planar_arm
 
 MARGIN, INFLUENCE, DT = 0.01, 0.1, 1e-3
@@ -15,10 +15,9 @@ TRAVEL, JUMP, BEND, RESERVE = 0.02, 0.003, 0.001, 0.005
 
 def row_of(distance: float) -> tuple[float, float]:
     """Return the lower bound of one pair's row, and the share of its one velocity."""
-    known = np.array([[TRAVEL], [JUMP], [BEND], [RESERVE]])
+    known = np.array([[TRAVEL], [JUMP], [BEND], [RESERVE], [MARGIN], [INFLUENCE]])
     A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
-    settings = np.array([MARGIN, INFLUENCE, 1.0, DT])
-    approach_into(np.array([distance]), np.ones((1, 1)), np.ones((1, 1)), known, settings, A, lower, share)
+    approach_into(np.array([distance]), np.ones((1, 1)), np.ones((1, 1)), known, (1.0, DT), A, lower, share)
     return float(lower[0]), float(share[0])
 
 

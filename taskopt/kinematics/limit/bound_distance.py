@@ -1,0 +1,232 @@
+"""Distance limits bound to a robot.
+
+Hard rows brake an approach. Bounds on the velocities limit the error of linearising the distance over one
+step.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from taskopt.arrays import Array, finite, positive
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.jit import kernel, kernel_apart
+from taskopt.kinematics.collision.measure import Distances
+from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
+
+
+@dataclass(frozen=True)
+class Braking:
+    """The margin, influence and gain of a distance limit.
+
+    Attributes:
+        margin: Least distance [m], ≥ 0.
+        influence: Distance at which braking begins [m], > margin.
+        gain: Largest fraction of what is left that one step may take, in (0, 1].
+    """
+
+    margin: float
+    influence: float
+    gain: float
+
+    @staticmethod
+    def checked(margin: float, influence: float, gain: float) -> "Braking":
+        """Check the three numbers, and return them as a record.
+
+        Args:
+            margin: Least distance [m].
+            influence: Distance at which braking begins [m].
+            gain: Largest fraction of what is left that one step may take.
+
+        Returns:
+            The record.
+
+        Raises:
+            InvalidValue: Unless 0 ≤ margin < influence and 0 < gain ≤ 1.
+        """
+        least, begin = float(finite("margin", margin, ())), positive("influence", influence)
+        if not 0.0 <= least < begin:
+            raise InvalidValue(f"margin must be ≥ 0 and less than influence {begin:g}, got {least:g}")
+        if positive("gain", gain) > 1.0:
+            raise InvalidValue(f"gain of a distance limit must be in (0, 1], got {gain:g}")
+        return Braking(least, begin, float(gain))
+
+
+class SpeedBounds(BoundLimit):
+    """Bounds |v_k| ≤ w_k on the velocities, with w in the memory, (nv,) [rad/s, m/s].
+
+    Args:
+        name: Name of the limit.
+        nv: How many velocities there are.
+    """
+
+    def __init__(self, name: str, nv: int) -> None:
+        super().__init__(name)
+        self.kernel = narrow_to_speeds
+        self.use(np.full(nv, np.inf))
+
+
+class BoundDistance(RowLimit, BoundLimit):
+    """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than the influence, and bounds on the velocities.
+
+    If every |v_k| ≤ s v̄_k, an Euler step changes d by Δt ∇d·v less a loss of at most s · jump + s² · bend
+    (`step_losses`). d_s = margin + reserve. The reserve is jump + 2 bend, which exceeds the loss for s = 1,
+    but it is at most half of the way from margin to influence.
+
+    The bounds |v_k| ≤ s v̄_k use the largest s for which no pair loses more than its row leaves above the
+    margin. They ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
+    only at distances within the reserve, or where Δt is long. All rows and bounds allow v = 0.
+
+    Args:
+        collision: The pairs of shapes, P of them.
+        dt: Δt [s].
+        name: Name of the limit.
+        braking: Margin, influence and gain.
+
+    Attributes:
+        pair_names: Name of each pair, such as "panda_link0 – panda_hand", (P).
+        distances: Distances and gradients of the pairs, as of the last `fill`.
+        margin: Least distance [m].
+        influence: Distance at which braking begins [m].
+        gain: κ.
+        dt: Δt [s].
+        speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
+        jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
+        bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
+        reserve: Amount that is added to the margin of each pair, (P,) [m].
+        known: (6, P) numbers of the pairs, see `Pair`.
+        share: s_k of each velocity, the smallest s of the pairs that it moves, as of the last `fill`, (nv,).
+    """
+
+    def __init__(self, collision: Collision, dt: float, name: str, braking: Braking) -> None:
+        units = ("m/s",) * len(collision.names)
+        RowLimit.__init__(self, name, collision.names, units)
+        BoundLimit.__init__(self, name)
+        self.pair_names = collision.names
+        self.distances = Distances(collision)
+        self.margin, self.influence, self.gain = braking.margin, braking.influence, braking.gain
+        self.dt = dt
+        self.speeds = nominal_speeds(collision.robot)
+        self.known = np.zeros((len(Pair), len(collision.pairs)))
+        self.known[: Pair.RESERVE] = step_losses(collision, dt, self.influence)
+        self.known[Pair.MARGIN], self.known[Pair.INFLUENCE] = self.margin, self.influence
+        _, self.jump, self.bend, self.reserve, *_ = self.known
+        self._make_reserve()
+        self.share: Array = np.empty(collision.robot.nv)
+        self._bounds = SpeedBounds(name, collision.robot.nv)
+
+    def box_part(self) -> BoundLimit:
+        """Return the bounds on the velocities; `fill` says how narrow they are. See `BoundLimit.box_part`."""
+        return self._bounds
+
+    def retime(self, dt: float) -> None:
+        """Change Δt [s]; see `Part.retime`."""
+        # Travel and jump of a step are proportional to Δt, and bend to its square.
+        longer = dt / self.dt
+        self.known[: Pair.RESERVE] *= np.array([[longer], [longer], [longer * longer]])
+        self.dt = dt
+        self._make_reserve()
+
+    def _make_reserve(self) -> None:
+        """Compute the reserve of each pair."""
+        half = 0.5 * (self.known[Pair.INFLUENCE] - self.known[Pair.MARGIN])
+        self.reserve[:] = np.minimum(self.jump + 2.0 * self.bend, half)
+
+    def prepare(self, rows: LevelRows) -> None:
+        """Open both sides; see `RowPart.prepare`."""
+        rows.lower[:], rows.upper[:] = -np.inf, np.inf
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Measure the distances and write the rows; see `RowPart.fill`."""
+        of = self.distances
+        of.update(configuration)
+        turn, settings = of.collision.turn, (self.gain, self.dt)
+        approach_into(of.distance, of.gradient, turn, self.known, settings, rows.A, rows.lower, self.share)
+        np.multiply(self.share, self.speeds, out=self._bounds.memory)
+
+    def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:
+        """Narrow the bounds to |v_k| ≤ s_k v̄_k, after `fill`; see `BoundLimit.narrow`."""
+        self._bounds.narrow(configuration, bounds, owner)
+
+
+class Pair(IntEnum):
+    """Rows of the array (6, P) that holds the numbers of each pair, all in [m]."""
+
+    TRAVEL = 0
+    JUMP = 1
+    BEND = 2
+    RESERVE = 3
+    MARGIN = 4
+    INFLUENCE = 5
+
+
+@kernel
+def approach_into(distance, gradient, turn, known, settings, A, lower, share):
+    """Write the rows of a `BoundDistance`, and the share of each velocity.
+
+    Args:
+        distance: d of each pair, (P,) [m].
+        gradient: ∇d of each pair along the velocities, (P, nv).
+        turn: How far a unit velocity moves or turns each pair, (P, nv); read only for being zero or not.
+        known: (6, P), see `Pair`.
+        settings: Gain and Δt [s].
+        A: Rows, (P, nv), written here.
+        lower: Lower bounds, (P,) [m/s], written here.
+        share: s of each velocity, (nv,), written here.
+    """
+    for k in range(share.size):
+        share[k] = np.inf
+    for i in range(distance.size):
+        lower[i], s = braked(distance[i], known[:, i], settings)
+        near = lower[i] > -np.inf or np.isnan(lower[i])
+        for k in range(A.shape[1]):
+            A[i, k] = gradient[i, k] if near else 0.0
+            if turn[i, k] != 0.0:
+                share[k] = min(share[k], s)
+
+
+@kernel
+def braked(distance, pair, settings):
+    """Compute how a pair at some distance may approach.
+
+    Args:
+        distance: d [m].
+        pair: (6,), see `Pair`.
+        settings: Gain and Δt [s].
+
+    Returns:
+        Lower bound of ∇d·v [m/s], −inf beyond the influence; and the largest s for which a step at the speeds
+        s v̄ loses no more than the row leaves.
+    """
+    gain, dt = settings
+    room, lower = distance - pair[Pair.MARGIN], -np.inf
+    budget, first = room, pair[Pair.TRAVEL]
+    if not distance >= pair[Pair.INFLUENCE]:  # so that NaN is handed on, and found
+        free = max(room - pair[Pair.RESERVE], 0.0)
+        lower = -gain * free / dt
+        budget, first = room - gain * free, pair[Pair.JUMP]
+        if room < CONTACT:
+            budget = max(CONTACT, -0.1 * room)
+    root = np.sqrt(first * first + 4.0 * pair[Pair.BEND] * budget)
+    return lower, 2.0 * budget / (first + root)
+
+
+@kernel_apart
+def narrow_to_speeds(parameters, memory, state, bounds, owner):  # noqa: ARG001
+    """Narrow the bounds to |v_k| ≤ w_k.
+
+    Args:
+        parameters: Not used.
+        memory: w of each velocity, (nv,) [rad/s, m/s].
+        state: Not used.
+        bounds: (4, nv), see `BoundLimit.narrow`.
+        owner: Number of the limit.
+    """
+    for k in range(memory.size):
+        narrow_one(bounds, k, -memory[k], memory[k], owner)
