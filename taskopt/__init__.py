@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.geometry import HalfSpace as HalfSpace
     from taskopt.kinematics.geometry import Sphere as Sphere
     from taskopt.kinematics.limit import BoundLimit as BoundLimit
+    from taskopt.kinematics.limit import FrameDistanceLimit as FrameDistanceLimit
     from taskopt.kinematics.limit import JointAccelerationLimit as JointAccelerationLimit
     from taskopt.kinematics.limit import JointPositionLimit as JointPositionLimit
     from taskopt.kinematics.limit import JointVelocityLimit as JointVelocityLimit
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.limit import RateLimit as RateLimit
     from taskopt.kinematics.limit import RowLimit as RowLimit
     from taskopt.kinematics.limit import SelfCollisionLimit as SelfCollisionLimit
+    from taskopt.kinematics.limit import SupportPolygonLimit as SupportPolygonLimit
     from taskopt.kinematics.objective import ForceRatio as ForceRatio
     from taskopt.kinematics.objective import JointRange as JointRange
     from taskopt.kinematics.objective import Manipulability as Manipulability
@@ -142,6 +144,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import PositionTask as PositionTask
     from taskopt.kinematics.task import QuaternionTask as QuaternionTask
     from taskopt.kinematics.task import RelativeFrameTask as RelativeFrameTask
+    from taskopt.kinematics.task import SupportPolygonTask as SupportPolygonTask
     from taskopt.kinematics.task import Task as Task
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
     from taskopt.kinematics.task.transition import swap as swap
@@ -213,8 +216,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.configuration": "Configuration",
     "taskopt.kinematics.geometry": "Box Capsule HalfSpace Sphere",
     "taskopt.kinematics.limit": (
-        "BoundLimit JointAccelerationLimit JointPositionLimit JointVelocityLimit Limit "
-        "ObstacleLimit RateLimit RowLimit SelfCollisionLimit"
+        "BoundLimit FrameDistanceLimit JointAccelerationLimit JointPositionLimit "
+        "JointVelocityLimit Limit ObstacleLimit RateLimit RowLimit SelfCollisionLimit "
+        "SupportPolygonLimit"
     ),
     "taskopt.kinematics.objective": (
         "ForceRatio JointRange Manipulability Objective ObstacleDistance SelfDistance "
@@ -233,7 +237,7 @@ _NAMES = {  # module: the names that live there
         "DampingTask During EulerTask FrameTask GazeTask GradientTask JointCouplingTask "
         "JointTask JointVelocityTask LevelDamping LinearHolonomicTask LookAtTask LoopTask "
         "LowAccelerationTask ObjectiveTask OrientationTask PositionTask QuaternionTask "
-        "RelativeFrameTask Task"
+        "RelativeFrameTask SupportPolygonTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

@@ -27,6 +27,7 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import COMPILED, Kernel
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.parameter import Parameter
+from taskopt.kinematics.robot import Robot
 
 
 class RobotState(NamedTuple):
@@ -281,3 +282,17 @@ def _check_rows(part: RowPart, own: str, what: str) -> None:
         size = len(vars(part)[name])
         if size != m:
             raise InvalidValue(f"{own}, to which {what} is bound, has {m} row_names and {size} {name}")
+
+
+def check_mass(robot: Robot, name: str) -> None:
+    """Raise an error if a robot has no centre of mass.
+
+    Args:
+        robot: The robot.
+        name: What needs it.
+
+    Raises:
+        InvalidValue: All its links are without inertia.
+    """
+    if not robot.mass > 0.0:
+        raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")

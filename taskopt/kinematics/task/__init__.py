@@ -23,6 +23,7 @@ from taskopt.kinematics.task.orientation_error import AngleAxisTask as AngleAxis
 from taskopt.kinematics.task.orientation_error import EulerTask as EulerTask
 from taskopt.kinematics.task.orientation_error import QuaternionTask as QuaternionTask
 from taskopt.kinematics.task.relative import RelativeFrameTask as RelativeFrameTask
+from taskopt.kinematics.task.support import SupportPolygonTask as SupportPolygonTask
 from taskopt.kinematics.task.transition import During as During
 from taskopt.kinematics.task.velocity import JointVelocityTask as JointVelocityTask
 from taskopt.kinematics.task.velocity import LowAccelerationTask as LowAccelerationTask

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, IntArray
-from taskopt.errors import InvalidValue
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.part import check_mass
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
@@ -56,8 +56,7 @@ class CentreOfMassTask(Task):
         Raises:
             InvalidValue: The robot has no mass.
         """
-        if not robot.mass > 0.0:
-            raise InvalidValue(f"'{name}' needs masses, and {robot.name} has none; give its links inertia")
+        check_mass(robot, name)
         rows = chosen_rows(self.axes, "xyz")
         gain, weight = gains(self.gain, 3)[rows], weights(self.weight, 3)[rows]
         bound = BoundCentreOfMass(robot, name, rows, gain, weight)

@@ -135,7 +135,7 @@ class BoundJointVelocities(_BoundUnitRows):
             space: The joints that it speaks of.
         """
         self._space, self._of_time = space, target if callable(target) else None
-        self._velocity = None if callable(target) else space.convert_rate(target)
+        self._velocity = np.zeros(space.tangent) if callable(target) else space.convert_rate(target)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the bounds; see `RowPart.fill`."""

@@ -1,0 +1,133 @@
+"""The distance between the origins of two frames, kept between bounds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array, Mask, number
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.tolerances import NO_DIRECTION
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.base import Limit
+from taskopt.kinematics.limit.room import BoundRoom, PointMotion, Room, checked_braking, point_motion
+from taskopt.kinematics.robot import Robot
+
+
+@dataclass(frozen=True)
+class FrameDistanceLimit(Limit):
+    """Keep the distance d = ‖p_a − p_b‖ of two frames between bounds, whatever the tasks want.
+
+        n·(J_a − J_b) v ≥ −κ (d − d_min − reserve)/Δt   for d < d_min + influence,   n = (p_a − p_b)/d
+
+    and likewise for d_max. Rows "nearest" and "farthest" [m/s]; bounds on the velocities keep one step
+    predictable (`BoundRoom`). Frames that start outside may stop or return. For the distance between bodies
+    instead of points, take `SelfCollisionLimit(pairs=[(link, link)])`.
+
+    Args:
+        frame_a: Name of the one frame.
+        frame_b: Name of the other frame; one that is fixed to the world keeps a distance from that point.
+        lower: d_min ≥ 0 [m].
+        upper: d_max [m]; inf is no bound.
+        influence: What is left where braking begins [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
+            and more gently.
+        name: Name in explanations, logs and plots.
+
+    Raises:
+        InvalidValue: The bounds are crossed or bound nothing, or a number is out of its range; or, when
+            bound, both frames move as one body.
+
+    Source:
+        The velocity damper of Faverjon and Tournassoud (1987).
+    """
+
+    frame_a: str
+    frame_b: str
+    lower: float = 0.0
+    upper: float = np.inf
+    influence: float = 0.1
+    gain: float = 0.1
+    name: str = "frame_distance"
+
+    def __post_init__(self) -> None:
+        lower, upper = number("lower", self.lower, ()), number("upper", self.upper, ())
+        if not 0.0 <= lower <= upper or lower == np.inf or upper == 0.0 or (lower == 0.0 and upper == np.inf):
+            raise InvalidValue(
+                f"a distance needs 0 ≤ lower ≤ upper and a bound that is not 0 or inf, got lower {lower:g} "
+                f"and upper {upper:g}"
+            )
+        influence, _ = checked_braking(self.influence, self.gain)
+        if influence >= upper:
+            raise InvalidValue(f"influence must be less than upper {upper:g}, got {influence:g}")
+
+    def bind(self, robot: Robot, dt: float) -> "BoundFrameDistance":
+        """Return rows and bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            UnknownName: The robot lacks one of the two frames.
+            InvalidValue: Both frames move as one body, or a joint between them slides without limits.
+        """
+        between = np.zeros(robot.nv, dtype=bool)
+        between[np.setxor1d(robot.support(self.frame_a), robot.support(self.frame_b))] = True
+        if not between.any():
+            raise InvalidValue(
+                f"'{self.frame_a}' and '{self.frame_b}' move as one body, so their distance cannot be kept; "
+                f"leave '{self.name}' out"
+            )
+        travel, bend = np.sum([_motion(robot, f, between, dt) for f in (self.frame_a, self.frame_b)], axis=0)
+        names = [*(["nearest"] if self.lower > 0.0 else []), *(["farthest"] if self.upper < np.inf else [])]
+        room = Room(
+            names,
+            [PointMotion(float(travel), float(bend))] * len(names),
+            np.tile(between, (len(names), 1)),
+            *checked_braking(self.influence, self.gain),
+        )
+        return BoundFrameDistance(self, robot, dt, room)
+
+
+class BoundFrameDistance(BoundRoom):
+    """The rows of a `FrameDistanceLimit`.
+
+    A step that carries one frame by x relative to the other makes d at most d + n·x + ‖x‖²/(2 d); the last
+    term is added to the bend of "farthest".
+
+    Args:
+        limit: What was declared.
+        robot: The robot.
+        dt: Δt [s].
+        room: Numbers of the rows.
+
+    Attributes:
+        distance: d of the last `fill` [m].
+    """
+
+    def __init__(self, limit: FrameDistanceLimit, robot: Robot, dt: float, room: Room) -> None:
+        super().__init__(limit.name, robot, dt, room)
+        self._limit, self.distance = limit, np.inf
+        self._curve = 0.5 * room.motions[0].travel ** 2
+
+    def measure(self, configuration: Configuration, gradient: Array) -> Array:
+        """Measure what is left to each bound; see `BoundRoom.measure`."""
+        a, b = self._limit.frame_a, self._limit.frame_b
+        apart = configuration.pose(a)[:3, 3] - configuration.pose(b)[:3, 3]
+        self.distance = d = float(np.sqrt(apart @ apart))
+        normal = apart / d if d > NO_DIRECTION else np.zeros(3)
+        slope = normal @ (configuration.jacobian(a)[:3] - configuration.jacobian(b)[:3])
+        left = []
+        if self._limit.lower > 0.0:
+            gradient[0] = slope
+            left.append(d - self._limit.lower)
+        if self._limit.upper < np.inf:
+            gradient[-1] = -slope
+            left.append(self._limit.upper - d)
+            self.bend[-1] = self._far_bend[-1] + self._curve / max(d, NO_DIRECTION)
+        return np.array(left)
+
+
+def _motion(robot: Robot, frame: str, between: Mask, dt: float) -> PointMotion:
+    """Bound how far one step of the joints between two frames moves one of them."""
+    joint = robot.frame_joint(frame)
+    if joint == 0:
+        return PointMotion(0.0, 0.0)
+    placement = robot.model.frames[robot.frame_id(frame)].placement  # pyright: ignore[reportAttributeAccessIssue]
+    return point_motion(robot, joint, float(np.linalg.norm(placement.translation)), between, dt)

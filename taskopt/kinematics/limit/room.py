@@ -1,0 +1,189 @@
+"""Limits that keep values g(q) ≥ 0 of points of the robot: rows that brake, bounds that keep a step inside.
+
+The points are origins of frames, or centres of mass. A step of Δt at constant velocities |v_k| ≤ s v̄_k moves
+a point by at most s · travel, and off its tangent by at most s² · bend. With ρ_k the largest distance of the
+point from joint k, and Ω = Σ v̄_k over turning joints,
+
+    travel = Δt Σ v̄_k ρ_k,   bend = ½ Δt² Ω (Σ v̄_k ρ_k),
+
+sliding joints with ρ = 1 in the first sum and 2 in the second, for Coriolis terms.
+"""
+
+# Pinocchio ships no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from taskopt.arrays import Array, Mask, positive
+from taskopt.errors import InvalidValue
+from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.kinematics.collision.step_bounds import nominal_speeds
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.base import BoundLimit, RowLimit
+from taskopt.kinematics.robot import Robot
+
+
+class PointMotion(NamedTuple):
+    """How far a step at the nominal speeds v̄ moves a point.
+
+    Attributes:
+        travel: Upper bound of its way [m].
+        bend: Upper bound of its distance from where its velocity alone leads [m].
+    """
+
+    travel: float
+    bend: float
+
+
+def point_motion(robot: Robot, joint: int, offset: float, counted: Mask, dt: float) -> PointMotion:
+    """Bound what one step at the nominal speeds does to a point of a body.
+
+    Args:
+        robot: The robot.
+        joint: Pinocchio's index of the joint that carries the body.
+        offset: Distance of the point from the origin of the joint [m].
+        counted: Velocities that count, (nv,).
+        dt: Δt [s].
+
+    Returns:
+        The two bounds.
+
+    Raises:
+        InvalidValue: A joint that turns carries one that slides without limits.
+    """
+    speeds, turns = nominal_speeds(robot), np.array([unit == "rad" for unit in robot.coordinate_units])
+    reach, length = np.zeros(robot.nv), offset
+    chain = [index for index in robot.model.supports[joint] if index > 0]
+    for index in reversed(chain):
+        known = robot.model.joints[index]
+        own = slice(known.idx_v, known.idx_v + known.nv)
+        reach[own] = np.where(turns[own], length, 0.0)
+        length += float(np.linalg.norm(robot.model.jointPlacements[index].translation))
+        ends = np.maximum(np.abs(robot.position_lower[own]), np.abs(robot.position_upper[own]))
+        length += float(ends[~turns[own]].sum())
+    on_chain = counted & np.isin(np.arange(robot.nv), _columns(robot, chain))
+    spin = float(speeds[on_chain & turns].sum())
+    swing = float(speeds[on_chain & turns] @ reach[on_chain & turns])
+    slide = float(speeds[on_chain & ~turns].sum())
+    if not np.isfinite(swing):
+        raise InvalidValue(
+            f"a joint before '{robot.joints[joint - 1]}' slides without limits, so that a step has no bound; "
+            "give the joint limits"
+        )
+    return PointMotion(dt * (swing + slide), 0.5 * dt * dt * spin * (swing + 2.0 * slide))
+
+
+def _columns(robot: Robot, chain: Sequence[int]) -> list[int]:
+    """Return the columns of v of some joints."""
+    joints = [robot.model.joints[index] for index in chain]
+    return [column for joint in joints for column in range(joint.idx_v, joint.idx_v + joint.nv)]
+
+
+class Room(NamedTuple):
+    """Numbers of the rows g_i(q) ≥ 0 of a `BoundRoom`.
+
+    Attributes:
+        names: Name of each row.
+        motions: How far a step moves the points of each row.
+        counted: Velocities that change each row, (m, nv).
+        influence: g at which braking begins [m].
+        gain: κ in (0, 1], the largest fraction of what is left that one step may take.
+    """
+
+    names: Sequence[str]
+    motions: Sequence[PointMotion]
+    counted: Mask
+    influence: float
+    gain: float
+
+
+class BoundRoom(RowLimit, BoundLimit):
+    """Rows ∇g·v ≥ −κ (g − reserve)/Δt for g < influence, and bounds |v_k| ≤ s v̄_k that keep a step inside.
+
+    The reserve of a row is twice its bend, but at most half the influence. s is the largest share of the
+    nominal speeds with which no row can lose more in one step than its own bound leaves it. Rows and bounds
+    all allow v = 0; outside, where g < 0, the robot may stop or return.
+
+    Args:
+        name: Name of the limit.
+        robot: The robot.
+        dt: Δt [s].
+        room: Numbers of the rows.
+
+    Attributes:
+        value: g of each row, as of the last `fill`, (m,) [m].
+        bend: Bound of what a step at s = 1 loses of g beyond ∇g·v Δt, (m,) [m].
+        share: s of each velocity, as of the last `fill`, (nv,).
+    """
+
+    def __init__(self, name: str, robot: Robot, dt: float, room: Room) -> None:
+        RowLimit.__init__(self, name, room.names, ("m/s",) * len(room.names))
+        BoundLimit.__init__(self, name)
+        self._dt, self._room, self._speeds = dt, room, nominal_speeds(robot)
+        self._travel = np.array([motion.travel for motion in room.motions])
+        self._far_bend = np.array([motion.bend for motion in room.motions])
+        self.bend: Array = self._far_bend.copy()
+        self._gradient, self.value = np.zeros((len(room.names), robot.nv)), np.zeros(len(room.names))
+        self.share: Array = np.full(robot.nv, np.inf)
+
+    def measure(self, configuration: Configuration, gradient: Array) -> Array:
+        """Measure the values that are kept.
+
+        Args:
+            configuration: Robot at the posture of this tick.
+            gradient: ∇g of each row, (m, nv), written here.
+
+        Returns:
+            g of each row, (m,) [m].
+
+        Raises:
+            NotImplementedError: The class does not define the method.
+        """
+        raise NotImplementedError(f"{type(self).__name__} lacks measure()")
+
+    def prepare(self, rows: LevelRows) -> None:
+        """Open both sides; see `RowPart.prepare`."""
+        rows.lower[:], rows.upper[:] = -np.inf, np.inf
+
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+        """Measure, and write the rows; see `RowPart.fill`."""
+        gain, influence = self._room.gain, self._room.influence
+        self.value[:] = g = self.measure(configuration, self._gradient)
+        near = ~(g >= influence)  # so that NaN is handed on, and found
+        free = np.maximum(g - np.minimum(2.0 * self.bend, 0.5 * influence), 0.0)
+        rows.A[:] = np.where(near[:, None], self._gradient, 0.0)
+        rows.lower[:] = np.where(near, -gain * free / self._dt, -np.inf)
+        left = np.where(g < CONTACT, np.maximum(CONTACT, -0.1 * g), g - np.where(near, gain * free, 0.0))
+        first, bend = np.where(near, 0.0, self._travel), np.where(near, self.bend, self._far_bend)
+        loss = first + np.sqrt(first * first + 4.0 * bend * left)
+        s = np.where(loss > 0.0, 2.0 * left / np.where(loss > 0.0, loss, 1.0), np.inf)
+        self.share[:] = np.where(self._room.counted, s[:, None], np.inf).min(axis=0)
+
+    def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG002
+        """Narrow the bounds to |v_k| ≤ s_k v̄_k, after `fill`; see `BoundLimit.narrow`."""
+        largest = self.share * self._speeds
+        for row, limit, tighter in ((0, -largest, np.greater), (1, largest, np.less)):
+            binds = tighter(limit, bounds[row])
+            bounds[row, binds], bounds[row + 2, binds] = limit[binds], owner
+
+
+def checked_braking(influence: float, gain: float) -> tuple[float, float]:
+    """Return influence and gain of a limit.
+
+    Args:
+        influence: Value at which braking begins [m].
+        gain: κ, the largest fraction of what is left that one step may take.
+
+    Returns:
+        Both.
+
+    Raises:
+        InvalidValue: Unless influence > 0 and 0 < gain ≤ 1.
+    """
+    if positive("gain", gain) > 1.0:
+        raise InvalidValue(f"gain of a limit must be in (0, 1], got {gain:g}")
+    return positive("influence", influence), float(gain)

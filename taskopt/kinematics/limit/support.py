@@ -1,0 +1,98 @@
+"""The centre of mass above a polygon, whatever the tasks want."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskopt.arrays import Array, ArrayLike
+from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.geometry.polygon import Edges, polygon_edges
+from taskopt.kinematics.limit.base import Limit
+from taskopt.kinematics.limit.room import BoundRoom, PointMotion, Room, checked_braking, point_motion
+from taskopt.kinematics.part import check_mass
+from taskopt.kinematics.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class SupportPolygonLimit(Limit):
+    """Let the centre of mass c leave no convex polygon of the ground: −n_i·J_c v ≥ −κ (g_i − reserve)/Δt.
+
+    g_i = o_i − margin − n_i·c is what is left to edge i, n_i its outward normal. There is one row [m/s] for
+    each edge, named "edge 1" and so on; bounds on the velocities keep one step predictable (`BoundRoom`). A
+    centre of mass that starts outside may stop or return.
+
+    Args:
+        points: Corners (k, 2) or (k, 3) [m] in the world, in any order; their heights do not matter, and the
+            polygon is their convex hull.
+        margin: Distance that is kept from each edge, inside [m].
+        influence: What is left where braking begins [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
+            and more gently.
+        name: Name in explanations, logs and plots.
+
+    Raises:
+        InvalidValue: The points enclose no area, the margin leaves none, or a number is out of its range; or,
+            when bound, the robot has no mass.
+
+    Source:
+        The velocity damper of Faverjon and Tournassoud (1987), applied to each edge.
+    """
+
+    points: ArrayLike
+    margin: float = 0.0
+    influence: float = 0.05
+    gain: float = 0.1
+    name: str = "support_polygon"
+
+    def __post_init__(self) -> None:
+        polygon_edges(self.points, self.margin)
+        checked_braking(self.influence, self.gain)
+
+    def bind(self, robot: Robot, dt: float) -> "BoundSupportLimit":
+        """Return rows and bounds for a robot; see `Limit.bind`.
+
+        Raises:
+            InvalidValue: The robot has no mass, or a joint in it slides without limits.
+        """
+        check_mass(robot, self.name)
+        edges = polygon_edges(self.points, self.margin)
+        motion, m = _motion(robot, dt), len(edges.offsets)
+        names, counted = [f"edge {i}" for i in range(1, m + 1)], np.ones((m, robot.nv), dtype=bool)
+        room = Room(names, [motion] * m, counted, *checked_braking(self.influence, self.gain))
+        return BoundSupportLimit(self.name, robot, dt, room, edges)
+
+
+class BoundSupportLimit(BoundRoom):
+    """The rows of a `SupportPolygonLimit`.
+
+    Args:
+        name: Name of the limit.
+        robot: The robot.
+        dt: Δt [s].
+        room: Numbers of the rows.
+        edges: Edges that are kept.
+    """
+
+    def __init__(self, name: str, robot: Robot, dt: float, room: Room, edges: Edges) -> None:
+        super().__init__(name, robot, dt, room)
+        self._edges = edges
+
+    def measure(self, configuration: Configuration, gradient: Array) -> Array:
+        """Measure what is left to each edge; see `BoundRoom.measure`."""
+        centre, J = configuration.centre_of_mass()
+        gradient[:] = -self._edges.normals @ J[:2]
+        return self._edges.offsets - self._edges.normals @ centre[:2]
+
+
+def _motion(robot: Robot, dt: float) -> PointMotion:
+    """Bound how far one step moves the centre of mass: the mean of its bodies, by mass."""
+    _, bodies = robot.carried()
+    every = np.ones(robot.nv, dtype=bool)
+    motions = np.array(
+        [
+            body[0] * np.array(point_motion(robot, joint, float(np.linalg.norm(body[1:])), every, dt))
+            for joint, body in enumerate(bodies)
+            if joint > 0 and body[0] > 0.0
+        ]
+    )
+    return PointMotion(*(motions.sum(axis=0) / bodies[:, 0].sum()).tolist())
