@@ -74,7 +74,9 @@ if TYPE_CHECKING:
     from taskopt.kinematics.geometry import HalfSpace as HalfSpace
     from taskopt.kinematics.geometry import Sphere as Sphere
     from taskopt.kinematics.limit import BoundLimit as BoundLimit
+    from taskopt.kinematics.limit import FloatingBaseVelocityLimit as FloatingBaseVelocityLimit
     from taskopt.kinematics.limit import FrameDistanceLimit as FrameDistanceLimit
+    from taskopt.kinematics.limit import FrameVelocityLimit as FrameVelocityLimit
     from taskopt.kinematics.limit import JointAccelerationLimit as JointAccelerationLimit
     from taskopt.kinematics.limit import JointPositionLimit as JointPositionLimit
     from taskopt.kinematics.limit import JointVelocityLimit as JointVelocityLimit
@@ -140,10 +142,12 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import LoopTask as LoopTask
     from taskopt.kinematics.task import LowAccelerationTask as LowAccelerationTask
     from taskopt.kinematics.task import ObjectiveTask as ObjectiveTask
+    from taskopt.kinematics.task import OmniwheelTask as OmniwheelTask
     from taskopt.kinematics.task import OrientationTask as OrientationTask
     from taskopt.kinematics.task import PositionTask as PositionTask
     from taskopt.kinematics.task import QuaternionTask as QuaternionTask
     from taskopt.kinematics.task import RelativeFrameTask as RelativeFrameTask
+    from taskopt.kinematics.task import RollingTask as RollingTask
     from taskopt.kinematics.task import SupportPolygonTask as SupportPolygonTask
     from taskopt.kinematics.task import Task as Task
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
@@ -216,9 +220,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.configuration": "Configuration",
     "taskopt.kinematics.geometry": "Box Capsule HalfSpace Sphere",
     "taskopt.kinematics.limit": (
-        "BoundLimit FrameDistanceLimit JointAccelerationLimit JointPositionLimit "
-        "JointVelocityLimit Limit ObstacleLimit RateLimit RowLimit SelfCollisionLimit "
-        "SupportPolygonLimit"
+        "BoundLimit FloatingBaseVelocityLimit FrameDistanceLimit FrameVelocityLimit "
+        "JointAccelerationLimit JointPositionLimit JointVelocityLimit Limit ObstacleLimit "
+        "RateLimit RowLimit SelfCollisionLimit SupportPolygonLimit"
     ),
     "taskopt.kinematics.objective": (
         "ForceRatio JointRange Manipulability Objective ObstacleDistance SelfDistance "
@@ -236,8 +240,8 @@ _NAMES = {  # module: the names that live there
         "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampedTask "
         "DampingTask During EulerTask FrameTask GazeTask GradientTask JointCouplingTask "
         "JointTask JointVelocityTask LevelDamping LinearHolonomicTask LookAtTask LoopTask "
-        "LowAccelerationTask ObjectiveTask OrientationTask PositionTask QuaternionTask "
-        "RelativeFrameTask SupportPolygonTask Task"
+        "LowAccelerationTask ObjectiveTask OmniwheelTask OrientationTask PositionTask "
+        "QuaternionTask RelativeFrameTask RollingTask SupportPolygonTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

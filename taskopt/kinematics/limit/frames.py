@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import Array, Mask, number
+from taskopt.arrays import Array, BoolArray, number
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.tolerances import NO_DIRECTION
 from taskopt.kinematics.configuration import Configuration
@@ -104,7 +104,6 @@ class BoundFrameDistance(BoundRoom):
     def __init__(self, limit: FrameDistanceLimit, robot: Robot, dt: float, room: Room) -> None:
         super().__init__(limit.name, robot, dt, room)
         self._limit, self.distance = limit, np.inf
-        self._curve = 0.5 * room.motions[0].travel ** 2
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
         """Measure what is left to each bound; see `BoundRoom.measure`."""
@@ -120,11 +119,11 @@ class BoundFrameDistance(BoundRoom):
         if self._limit.upper < np.inf:
             gradient[-1] = -slope
             left.append(self._limit.upper - d)
-            self.bend[-1] = self._far_bend[-1] + self._curve / max(d, NO_DIRECTION)
+            self.bend[-1] = self._far_bend[-1] + 0.5 * self._travel[-1] ** 2 / max(d, NO_DIRECTION)
         return np.array(left)
 
 
-def _motion(robot: Robot, frame: str, between: Mask, dt: float) -> PointMotion:
+def _motion(robot: Robot, frame: str, between: BoolArray, dt: float) -> PointMotion:
     """Bound how far one step of the joints between two frames moves one of them."""
     joint = robot.frame_joint(frame)
     if joint == 0:

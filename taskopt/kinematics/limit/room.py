@@ -12,18 +12,19 @@ sliding joints with ρ = 1 in the first sum and 2 in the second, for Coriolis te
 # Pinocchio ships no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, Mask, positive
+from taskopt.arrays import Array, ArrayLike, BoolArray, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.kinematics.collision.step_bounds import nominal_speeds
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit
+from taskopt.kinematics.parameter import Numbers, Parameter, one_number
 from taskopt.kinematics.robot import Robot
 
 
@@ -39,7 +40,7 @@ class PointMotion(NamedTuple):
     bend: float
 
 
-def point_motion(robot: Robot, joint: int, offset: float, counted: Mask, dt: float) -> PointMotion:
+def point_motion(robot: Robot, joint: int, offset: float, counted: BoolArray, dt: float) -> PointMotion:
     """Bound what one step at the nominal speeds does to a point of a body.
 
     Args:
@@ -96,7 +97,7 @@ class Room(NamedTuple):
 
     names: Sequence[str]
     motions: Sequence[PointMotion]
-    counted: Mask
+    counted: BoolArray
     influence: float
     gain: float
 
@@ -124,6 +125,7 @@ class BoundRoom(RowLimit, BoundLimit):
         RowLimit.__init__(self, name, room.names, ("m/s",) * len(room.names))
         BoundLimit.__init__(self, name)
         self._dt, self._room, self._speeds = dt, room, nominal_speeds(robot)
+        self._gain = np.array([room.gain])
         self._travel = np.array([motion.travel for motion in room.motions])
         self._far_bend = np.array([motion.bend for motion in room.motions])
         self.bend: Array = self._far_bend.copy()
@@ -145,13 +147,29 @@ class BoundRoom(RowLimit, BoundLimit):
         """
         raise NotImplementedError(f"{type(self).__name__} lacks measure()")
 
+    def retime(self, dt: float) -> None:
+        """Take another Δt [s]; see `Part.retime`."""
+        # The travel of a step is proportional to Δt, and its bend to the square.
+        longer = dt / self._dt
+        self._travel *= longer
+        self._far_bend *= longer * longer
+        self._dt, self.bend[:] = dt, self._far_bend
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the gain; see `Part.adjustable`."""
+        return {"gain": Numbers(self._gain, self._one_gain)}
+
+    def _one_gain(self, gain: ArrayLike) -> float:
+        """Return a gain that is in its range."""
+        return one_number(f"gain of '{self.name}'", gain, 0.0, 1.0)
+
     def prepare(self, rows: LevelRows) -> None:
         """Open both sides; see `RowPart.prepare`."""
         rows.lower[:], rows.upper[:] = -np.inf, np.inf
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Measure, and write the rows; see `RowPart.fill`."""
-        gain, influence = self._room.gain, self._room.influence
+        gain, influence = self._gain[0], self._room.influence
         self.value[:] = g = self.measure(configuration, self._gradient)
         near = ~(g >= influence)  # so that NaN is handed on, and found
         free = np.maximum(g - np.minimum(2.0 * self.bend, 0.5 * influence), 0.0)

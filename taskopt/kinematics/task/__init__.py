@@ -27,3 +27,5 @@ from taskopt.kinematics.task.support import SupportPolygonTask as SupportPolygon
 from taskopt.kinematics.task.transition import During as During
 from taskopt.kinematics.task.velocity import JointVelocityTask as JointVelocityTask
 from taskopt.kinematics.task.velocity import LowAccelerationTask as LowAccelerationTask
+from taskopt.kinematics.task.wheel import OmniwheelTask as OmniwheelTask
+from taskopt.kinematics.task.wheel import RollingTask as RollingTask

@@ -9,6 +9,7 @@ from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, coordinate_table
 from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, weights
@@ -64,7 +65,7 @@ class LinearHolonomicTask(Task):
                 f"A of '{name}' must have {robot.nv} columns, one for each velocity of {robot.name}, "
                 f"got {A.shape[1]}"
             )
-        bound = BoundLinear(robot, name, A, [str(i) for i in range(1, len(A) + 1)])
+        bound = BoundLinear(robot, name, A, [str(i) for i in range(1, len(A) + 1)], "b")
         q0 = robot.neutral if self.q0 is None else robot.checked_q(self.q0)
         bound.attach(b, q0, gains(self.gain, len(A)), weights(self.weight, len(A)))
         return bound
@@ -146,7 +147,7 @@ class JointCouplingTask(Task):
                     "only; LinearHolonomicTask measures it from a posture"
                 )
             A[0, columns.start] = ratio
-        bound = BoundLinear(robot, name, A, ["sum"])
+        bound = BoundLinear(robot, name, A, ["sum"], "offset")
         offset = finite("offset", [self.offset], (1,))
         bound.attach(offset, robot.neutral, gains(self.gain, 1), weights(self.weight, 1))
         return bound
@@ -162,9 +163,11 @@ class BoundLinear(BoundTask):
         name: Name of the task in its plan.
         A: Coefficients, (k, nv).
         row_names: Name of each row.
+        right: What the declaration calls the right-hand sides, as the name of their parameter.
     """
 
-    def __init__(self, robot: Robot, name: str, A: Array, row_names: list[str]) -> None:
+    def __init__(self, robot: Robot, name: str, A: Array, row_names: list[str], right: str) -> None:
+        self._right = right
         super().__init__(name, row_names, _units(robot, A))
         self._robot, self._A = robot, A
         self._curved = bool((coordinate_table(robot)[A.any(axis=0), 0] == OTHER).any())
@@ -179,6 +182,15 @@ class BoundLinear(BoundTask):
             weight: Weight of each row, (k,).
         """
         self._b, self._q0, self.gain, self.weight = b, q0, gain, weight
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return gain and right-hand sides; see `Part.adjustable`."""
+        return {**super().adjustable(), self._right: Numbers(self._b, self._each_side)}
+
+    def _each_side(self, b: ArrayLike) -> Array | float:
+        """Return a right-hand side for each row, or one for all."""
+        name = f"{self._right} of '{self.name}'"
+        return float(finite(name, b, ())) if np.ndim(b) == 0 else finite(name, b, self._b.shape)
 
     def prepare(self, rows: LevelRows) -> None:
         """Write the coefficients; see `RowPart.prepare`."""

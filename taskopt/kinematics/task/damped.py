@@ -1,15 +1,16 @@
 """Damping of one task, which grows with the error of that task."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, ArrayLike, BoolArray, finite
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape
+from taskopt.kinematics.parameter import Followed, Numbers, Parameter, Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.base import BoundTask, Task
 from taskopt.kinematics.task.level_damping import LevelDamping
@@ -48,8 +49,7 @@ class DampedTask(Task):
                 f"task must be a task that is neither timed nor damping itself, got {self.task!r}; "
                 "During takes a damped task"
             )
-        if finite("factor", self.factor, ()) < 0.0:
-            raise InvalidValue(f"factor must be ≥ 0, got {self.factor:g}")
+        checked_factor("factor", self.factor)
 
     @property
     def obstacles(self) -> Sequence[Shape]:
@@ -84,10 +84,42 @@ class BoundDamped(BoundTask):
             np.concatenate([inner.weight, np.ones(n)]),
             (*inner.column, *[-1] * n),
         )
-        self._inner, self._own, self._factor = inner, slice(0, m), factor
+        self._inner, self._own, self._factor = inner, slice(0, m), np.array([factor])
         self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
         self.box, self.cone = inner.box, inner.cone
         self.follows_velocity = inner.follows_velocity
+
+    def retime(self, dt: float) -> None:
+        """Take another Δt [s]; see `Part.retime`."""
+        self._inner.dt = dt
+        self._inner.retime(dt)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the factor, and the parameters of the task; see `Part.adjustable`."""
+        self._inner.dt = self.dt
+        of_task = self._inner.adjustable().items()
+        followed = {name: Followed(parameter, self._copy_gain) for name, parameter in of_task}
+        return {**followed, "factor": Numbers(self._factor, self._one_factor)}
+
+    def _copy_gain(self) -> None:
+        """Take over the gain of the task."""
+        self.gain[self._own] = self._inner.gain
+
+    def _one_factor(self, factor: ArrayLike) -> float:
+        """Return a factor that is in its range."""
+        return checked_factor(f"factor of '{self.name}'", factor)
+
+    def each_weight(self, weight: ArrayLike) -> Array:
+        """Return the weights of the task, and 1 for each row that damps; see `BoundTask.each_weight`."""
+        each = np.ones(len(self.row_names))
+        each[self._own] = self._inner.each_weight(weight)
+        return each
+
+    def rows_of_axes(self, axes: Setting) -> BoolArray:
+        """Return which rows a choice of axes of the task takes; see `BoundTask.rows_of_axes`."""
+        chosen = np.ones(len(self.row_names), dtype=bool)
+        chosen[self._own] = self._inner.rows_of_axes(axes)
+        return chosen
 
     def moved(self, v: Array) -> None:
         """Tell the task the velocity; see `BoundTask.moved`."""
@@ -108,10 +140,29 @@ class BoundDamped(BoundTask):
         if not inner.constant:
             inner.fill(configuration, t, _part(rows, self._own))
         self.error[:m] = inner.error
-        k = np.sqrt(self._factor * float(inner.weight @ inner.error**2))
+        k = np.sqrt(self._factor[0] * float(self.weight[:m] @ inner.error**2))
         np.fill_diagonal(rows.A[m:], k)
 
 
 def _part(rows: LevelRows, chosen: slice) -> LevelRows:
     """Return some of the rows as views."""
     return LevelRows(rows.A[chosen], rows.lower[chosen], rows.upper[chosen], rows.weight[chosen])
+
+
+def checked_factor(name: str, factor: ArrayLike) -> float:
+    """Return a factor of damping.
+
+    Args:
+        name: What the factor is called in messages.
+        factor: μ.
+
+    Returns:
+        The factor.
+
+    Raises:
+        InvalidValue: It is no number ≥ 0.
+    """
+    number = float(finite(name, factor, ()))
+    if number < 0.0:
+        raise InvalidValue(f"{name} must be ≥ 0, got {number:g}")
+    return number

@@ -9,6 +9,7 @@ from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PostureSpace, Value
 from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
@@ -109,6 +110,10 @@ class _BoundUnitRows(BoundTask):
         units = rate_units(robot.coordinate_units[c] for c in columns)
         super().__init__(name, names, units, 0.0, every[every > 0.0], columns.tolist())
 
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return no gain, since no error dies out here; see `Part.adjustable`."""
+        return {}
+
     def prepare(self, rows: LevelRows) -> None:
         """Write the unit vectors; see `RowPart.prepare`."""
         rows.A[np.arange(self._columns.size), self._columns] = 1.0
@@ -137,10 +142,18 @@ class BoundJointVelocities(_BoundUnitRows):
         self._space, self._of_time = space, target if callable(target) else None
         self._velocity = np.zeros(space.tangent) if callable(target) else space.convert_rate(target)
 
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the velocities, as "target"; see `Part.adjustable`."""
+        return {"target": Numbers(self._velocity, self._space.convert_rate, self._drop_function)}
+
+    def _drop_function(self) -> None:
+        """Forget a function of time, since other velocities were set."""
+        self._of_time = None
+
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the bounds; see `RowPart.fill`."""
         if self._of_time is not None:
-            self._velocity = self._space.convert_rate(self._of_time(t))
+            self._velocity[:] = self._space.convert_rate(self._of_time(t))
         rows.lower[:] = rows.upper[:] = self._velocity[self._columns]
 
 

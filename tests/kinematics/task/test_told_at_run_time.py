@@ -1,0 +1,105 @@
+"""Parameters that change while the stack runs: the outcome is the declaration with that value."""
+
+import numpy as np
+import pytest
+
+from taskopt import (
+    Configuration,
+    DampedTask,
+    FrameDistanceLimit,
+    InvalidValue,
+    JointCouplingTask,
+    JointTask,
+    JointVelocityTask,
+    LinearHolonomicTask,
+    LowAccelerationTask,
+    PositionTask,
+    Stack,
+    SupportPolygonLimit,
+)
+from tests.helpers.robots import generic_q, robot
+
+GOAL = (0.4, 0.1, 0.5)
+PLAN = {
+    "coupling": (
+        lambda **k: JointCouplingTask({"panda_joint2": 1.0, "panda_joint4": 1.0}, **k),
+        {"offset": 0.3, "gain": 4.0, "weight": 2.0},
+    ),
+    "linear": (lambda **k: LinearHolonomicTask(np.eye(7)[:2], **k), {"b": [0.1, 0.2], "gain": [1.0, 3.0]}),
+    "velocity": (
+        lambda target=0.1, **k: JointVelocityTask(np.full(7, target), **k),
+        {"target": 0.4, "weight": 3.0},
+    ),
+    "damped": (
+        lambda factor=0.5, **k: DampedTask(PositionTask("panda_hand", target=GOAL, **k), factor),
+        {"factor": 2.0, "gain": 5.0, "weight": 0.2},
+    ),
+    "damped coupling": (
+        lambda gain=1.0: DampedTask(LinearHolonomicTask(np.eye(7)[:2], gain=gain), 0.3),
+        {"gain": 6.0},
+    ),
+}
+CHANGES = [(kind, attribute) for kind, (_, values) in PLAN.items() for attribute in values]
+
+
+def problem(plan, q):
+    """All numbers of the hierarchy at q."""
+    h = plan.at(q, 0.0)
+    return [part.copy() for part in (h.A, h.lower, h.upper, h.weight, h.limits.A, h.limits.lower)]
+
+
+@pytest.mark.parametrize(("kind", "attribute"), CHANGES)
+def test_a_change_is_the_declaration(kind, attribute):
+    """Rows, bounds and weights after `set` are those of a stack that was declared so."""
+    of = robot("panda")
+    q, (make, values) = generic_q(of, 0), PLAN[kind]
+    value = values[attribute]
+    plan = Stack([[make()], [JointTask()]]).compile(of, 1e-3)
+    before = problem(plan, q)
+    told = np.full(7, value) if (kind, attribute) == ("velocity", "target") else value
+    plan.set({f"{plan.tasks[0].name}.{attribute}": told})
+    after = problem(plan, q)
+    declared = problem(Stack([[make(**{attribute: value})], [JointTask()]]).compile(of, 1e-3), q)
+    assert any((a != b).any() for a, b in zip(before, after, strict=True))
+    for a, b in zip(after, declared, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-14)
+
+
+def test_a_gain_that_is_too_large_for_the_period_is_refused_inside_a_damped_task():
+    """The task that is damped knows Δt."""
+    plan = Stack([[DampedTask(PositionTask("panda_hand", name="hand"), 1.0)]]).compile(robot("panda"), 1e-2)
+    with pytest.raises(InvalidValue, match="too large for dt"):
+        plan.set({"hand.gain": 300.0})
+
+
+def test_velocities_that_are_set_replace_a_function_of_time():
+    """From then on they are the target."""
+    of = robot("panda")
+    plan = Stack([[JointVelocityTask(lambda t: np.full(7, t), name="go")]]).compile(of, 1e-3)
+    q = of.posture("default")
+    np.testing.assert_array_equal(plan.at(q, 0.5).lower, 0.5)
+    plan.set({"go.target": np.full(7, 0.2)})
+    np.testing.assert_array_equal(plan.at(q, 0.6).lower, 0.2)
+    assert "low acceleration.gain" not in Stack([[LowAccelerationTask()]]).compile(of, 1e-3).changes.read()
+
+
+@pytest.mark.parametrize("kind", ["distance", "support"])
+def test_gain_and_period_of_a_limit_may_change(kind):
+    """Rows and shares after a change are those of the limit that was bound so."""
+    of = robot("panda")
+    at = Configuration(of, of.posture("default"))
+    d = float(np.linalg.norm(at.pose("panda_hand")[:3, 3]))
+    corners = at.centre_of_mass()[0][:2] + 0.03 * np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+
+    def limit(gain):
+        if kind == "support":
+            return SupportPolygonLimit(corners, gain=gain, name="keep")
+        return FrameDistanceLimit("panda_hand", "panda_link0", d - 0.02, d + 0.01, gain=gain, name="keep")
+
+    plan = Stack([[JointTask()]], [limit(0.1)]).compile(of, 1e-3)
+    plan.set({"keep.gain": 0.4})
+    plan.retime(2e-2)
+    other = Stack([[JointTask()]], [limit(0.4)]).compile(of, 2e-2)
+    for a, b in zip(problem(plan, at.q), problem(other, at.q), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+    np.testing.assert_allclose(plan.limits[0].share, other.limits[0].share, rtol=1e-12)
