@@ -1,7 +1,7 @@
-"""Changes of parameters: set at any time, from any thread, and applied at the beginning of the next tick.
+"""Changes of parameters, which are set at any time from any thread, and applied when the next tick begins.
 
-Changes that are set together are applied together. A change may be blended over a time; the ramps that carry
-it on run at the beginning of each tick.
+Changes that are set together are applied together. A change may be blended over a time; its ramp is then
+advanced at the beginning of each tick.
 """
 
 from collections import deque
@@ -13,7 +13,7 @@ from taskopt.kinematics.parameter import Parameter, Ramp, Setting
 
 
 class Changes:
-    """The parameters of a plan by address, and the changes that wait for its next tick.
+    """The parameters of a plan by address, and the changes that the next tick applies.
 
     Args:
         parameters: All parameters, by address, such as "hand.weight".
@@ -29,7 +29,7 @@ class Changes:
         self.waiting = False
 
     def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
-        """Check changes, and let the next tick apply them together.
+        """Check changes; the next tick applies them together.
 
         Args:
             changes: New values, by address.
@@ -51,7 +51,7 @@ class Changes:
         self.waiting = True
 
     def apply(self, t: float) -> None:
-        """Apply what waits, and carry on what is blended.
+        """Apply the waiting changes, and advance those that are blended.
 
         Args:
             t: Time of the tick [s].
@@ -69,5 +69,5 @@ class Changes:
                     self.waiting = True
 
     def read(self) -> dict[str, Setting]:
-        """Return the present values by address; changes that wait are not among them."""
+        """Return the present values by address, without the changes that wait for the next tick."""
         return {name: parameter.read() for name, parameter in self.parameters.items()}

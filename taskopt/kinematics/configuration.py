@@ -1,7 +1,7 @@
 """A robot at q: forward kinematics, Jacobians and their derivatives, computed once per update.
 
-The kernels at the end lead from Pinocchio's joint Jacobians to those of a frame. Kernels of tasks call them
-on every tick, since they allocate nothing. Their arrays are
+The kernels at the end of the module compute pose and Jacobian of a frame from Pinocchio's joint Jacobians.
+They allocate nothing, so that the kernels of tasks can call them on every tick. Their arrays are
 
     joint_jacobians    (6, nv) spatial twist of the world's origin for each velocity: linear, then angular
     pose               (4, 4) of the frame in the world, translation in [m]
@@ -26,11 +26,11 @@ from taskopt.kinematics.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class FrameView:
-    """Views into the memory of a configuration, from which a kernel computes where a frame is.
+    """Views into the memory of a configuration, from which a kernel computes the pose of a frame.
 
     Attributes:
-        joint_rotation: (3, 3) of the frame's joint in the world; changes with every update.
-        joint_translation: (3,) [m] of the frame's joint in the world; changes with every update.
+        joint_rotation: Rotation (3, 3) of the frame's joint in the world; changes with every update.
+        joint_translation: Origin (3,) [m] of the frame's joint in the world; changes with every update.
         placement: (4, 4) pose of the frame in its joint, constant.
         columns: (k,) columns of the Jacobian that move the frame, constant.
         memory: The object that owns the memory of the views, kept alive by this reference.
@@ -46,7 +46,8 @@ class FrameView:
 class Configuration:
     """A robot at q, with the joint poses and joint Jacobians that belong to it.
 
-    `update` moves it in place and allocates nothing, so a control loop keeps one configuration.
+    `update` changes it in place and allocates nothing, so that a control loop uses one configuration
+    throughout.
 
     Attributes:
         robot: The robot.
@@ -187,8 +188,8 @@ class Configuration:
             frame: Name of the frame.
 
         Returns:
-            (6, nv, nv) array H with H[:, j, k] = ∂J[:, j]/∂q_k. To differentiate by q_k is to move the robot
-            along its velocity k, so that quaternions need no case of their own.
+            (6, nv, nv) array H with H[:, j, k] = ∂J[:, j]/∂q_k. The derivative by q_k is taken along velocity
+            k of the robot, also for joints with quaternions.
 
         Raises:
             UnknownName: The robot has no frame of that name.
@@ -202,8 +203,8 @@ class Configuration:
 def _placements(data: Data) -> Array:
     """View the poses of all joints as one array (joints + 1, 12), as they stand in Pinocchio's memory.
 
-    A kernel can take one array for all joints, while Pinocchio hands them out one by one. Raises
-    `NotInstalled` if this build of Pinocchio lays them out otherwise.
+    A kernel needs one array for all joints, while Pinocchio returns one array for each. Raises `NotInstalled`
+    if this build of Pinocchio has another layout.
     """
     first = data.oMi[0].rotation.T.reshape(9)
     view = np.lib.stride_tricks.as_strided(first, (len(data.oMi), 12), (12 * first.itemsize, first.itemsize))
@@ -217,7 +218,7 @@ def _placements(data: Data) -> Array:
 
 
 def _address(array: Array) -> int:
-    """Return where the numbers of an array stand in memory."""
+    """Return the address of the first number of an array."""
     return array.__array_interface__["data"][0]
 
 
@@ -226,8 +227,8 @@ def frame_pose_into(joint_rotation, joint_translation, placement, out):
     """Compute the pose of a frame from that of its joint.
 
     Args:
-        joint_rotation: (3, 3) of the joint in the world.
-        joint_translation: (3,) [m] of the joint in the world.
+        joint_rotation: (3, 3) rotation of the joint in the world.
+        joint_translation: (3,) origin of the joint in the world [m].
         placement: (4, 4) pose of the frame in the joint.
         out: (4, 4) receives the pose of the frame in the world.
     """
@@ -242,7 +243,7 @@ def frame_pose_into(joint_rotation, joint_translation, placement, out):
 
 @kernel
 def frame_jacobian_into(joint_jacobians, pose, columns, out):
-    """Compute the Jacobian of a frame along the axes of the world: ṗ = v + ω × p for each of its columns.
+    """Compute the Jacobian of a frame along the axes of the world, with columns (v + ω × p, ω).
 
     Args:
         joint_jacobians: (6, nv) joint Jacobians at the origin of the world.
@@ -265,11 +266,11 @@ def frame_jacobian_into(joint_jacobians, pose, columns, out):
 
 @kernel
 def frame_hessian_into(jacobian, columns, column_joint, out):
-    """Compute ∂J[:, j]/∂q_k of a Jacobian along the axes of the world, with q_k along the tangent.
+    """Compute the derivatives ∂J[:, j]/∂q_k of a Jacobian, all along the axes of the world.
 
-    A joint k at or before j turns the whole column: ω_k × (v_j, ω_j). A joint behind j only moves the
-    frame's origin: ω_j × v_k. This holds for joint axes that are constant in their own frame, as all of
-    URDF's are.
+    A joint k at or before j turns the whole column, so that the derivative is (ω_k × v_j, ω_k × ω_j). A joint
+    k behind j only moves the origin of the frame, so that it is (ω_j × v_k, 0). This holds for joints whose
+    axes are constant in their own frame, as all joints of a URDF file are.
 
     Args:
         jacobian: (6, nv) Jacobian of the frame, as `frame_jacobian_into` writes it.

@@ -1,7 +1,7 @@
 """Names for the types of Pinocchio and Coal, which ship no type stubs.
 
-A type checker sees `Any`; signatures and `help()` show what is meant. Objects of these types are met only
-in `robot`, `configuration`, `geometry` and `collision`.
+A type checker sees `Any`, while signatures and `help()` show the name of the type. Only `robot`,
+`configuration`, `geometry` and `collision` use objects of these types.
 """
 
 from typing import Any

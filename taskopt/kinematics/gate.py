@@ -1,7 +1,7 @@
-"""A gate lets rows of a task in and out while a stack runs, with a jump or without one.
+"""Gates, which switch rows of a task on and off while a stack runs, at once or blended over a time.
 
-Rows that are out have the bounds −∞ and ∞, and so change nothing at any level. Between in and out the bounds
-open by the band of `taskopt.kinematics.task.transition`, where it is shown that velocities do not jump then.
+Rows that are off have the bounds −∞ and ∞, and therefore change nothing at any level. Between on and off the
+bounds open as `taskopt.kinematics.task.transition` describes, so that velocities do not jump.
 """
 
 from collections.abc import Sequence
@@ -18,17 +18,17 @@ from taskopt.kinematics.task.transition import band, reach_of
 
 
 class Gate:
-    """The gate of one task of a plan. A row is in force if task, axis and weight let it.
+    """The gate of one task: a row is on if the task is enabled, its axis is chosen and its weight is not 0.
 
     Args:
         rows: The rows of the task in the hierarchy of the plan, as views.
-        constant: True if the rows are written once only, so that the gate must restore them.
+        constant: True if the task writes its rows only once, so that the gate must restore them.
 
     Attributes:
-        enabled: True if the task is in force, or on its way in.
-        chosen: Rows that the choice of axes lets in, (m,).
-        weighted: Rows whose weight is greater than 0, (m,).
-        stirred: True since the last `change`, until the plan has seen it.
+        enabled: True if the task is on, or being switched on.
+        chosen: True for rows that the choice of axes includes, (m,).
+        weighted: True for rows whose weight is greater than 0, (m,).
+        stirred: True from a call of `change` until the plan has noticed it.
     """
 
     def __init__(self, rows: LevelRows, *, constant: bool) -> None:
@@ -52,14 +52,14 @@ class Gate:
         chosen: BoolArray | None = None,
         weighted: BoolArray | None = None,
     ) -> None:
-        """Begin to let rows in or out.
+        """Begin to switch rows on or off.
 
         Args:
             t: Time [s].
-            over: How long the whole way in or out takes [s]; 0 for at once.
+            over: Time that it takes from off to on, or from on to off [s]; 0 for at once.
             enabled: New value of the attribute; None leaves it as it is.
-            chosen: Likewise.
-            weighted: Likewise.
+            chosen: New value of the attribute, (m,); None leaves it as it is.
+            weighted: New value of the attribute, (m,); None leaves it as it is.
         """
         if over > 0.0:
             self._from = self.openness(t)
@@ -70,13 +70,13 @@ class Gate:
         self._begin, self._blend, self._reach, self.stirred = t, over, None, True
 
     def openness(self, t: float) -> Array:
-        """Return how far the bounds of each row are open.
+        """Return the openness u of the bounds of each row.
 
         Args:
             t: Time [s].
 
         Returns:
-            (m,): 0 where a row is fully in force, 1 where it is out.
+            (m,), from 0 for a row that is fully on to 1 for a row that is off.
         """
         if self._blend <= 0.0:
             return np.where(self._wanted, 0.0, 1.0)
@@ -90,12 +90,12 @@ class Gate:
             t: Time [s].
 
         Returns:
-            True if all rows are in force.
+            True if all rows are fully on.
         """
         return not self.openness(t).any()
 
     def apply(self, t: float) -> None:
-        """Open the bounds of rows that are out or on their way, after the task has filled them.
+        """Open the bounds of rows that are not fully on; call it after the task has filled its rows.
 
         Args:
             t: Time [s].
@@ -118,7 +118,7 @@ class Enabled:
 
     Args:
         name: Name of the parameter, for messages.
-        gates: The gates that it moves.
+        gates: Gates of the task, or of all tasks of the level.
     """
 
     def __init__(self, name: str, gates: Sequence[Gate]) -> None:
@@ -128,25 +128,25 @@ class Enabled:
         """Return the truth value; see `Parameter.checked`.
 
         Raises:
-            InvalidValue: It is neither True nor False.
+            InvalidValue: The value is neither True nor False.
         """
         if value not in (True, False):
             raise InvalidValue(f"{self._name} must be True or False, got {value!r}")
         return bool(value)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
-        """Begin to let the tasks in or out; see `Parameter.change`."""
+        """Begin to switch the tasks on or off; see `Parameter.change`."""
         for gate in self._gates:
             gate.change(t, over, enabled=bool(value))
         return None
 
     def read(self) -> bool:
-        """Return True if a task of them is in force, or on its way in."""
+        """Return True if at least one of the tasks is on, or being switched on."""
         return any(gate.enabled for gate in self._gates)
 
 
 class Axes:
-    """The parameter "axes": which of the rows that were compiled are in force.
+    """The parameter "axes" of a task, which selects the rows that are on among those that were compiled.
 
     Args:
         task: The task, which knows the names of its rows.
@@ -157,7 +157,7 @@ class Axes:
         self._task, self._gate = task, gate
 
     def checked(self, value: Setting, over: float) -> BoolArray:  # noqa: ARG002 (protocol)
-        """Return the rows that are chosen, (m,); see `Parameter.checked`.
+        """Return one truth value for each row, (m,); see `Parameter.checked`.
 
         Raises:
             InvalidValue: A row is chosen that was not compiled.
@@ -165,7 +165,7 @@ class Axes:
         return self._task.rows_of_axes(value)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
-        """Begin to let the rows in or out; see `Parameter.change`."""
+        """Begin to switch the rows on or off; see `Parameter.change`."""
         assert isinstance(value, np.ndarray), "the value is what `checked` returned"
         self._gate.change(t, over, chosen=value)
         return None
@@ -177,7 +177,7 @@ class Axes:
 
 
 class Weight:
-    """The parameter "weight" of a task; rows with weight 0 are out.
+    """The parameter "weight" of a task; rows with weight 0 are off.
 
     Args:
         task: The task, whose weights are those of its rows in the hierarchy.
@@ -190,7 +190,7 @@ class Weight:
         self._none_is_zero = True
 
     def checked(self, value: Setting, over: float) -> Array | float:
-        """Return the weight of each row, (m,), or of all; see `Parameter.checked`.
+        """Return a weight for each row, (m,), or one for all rows; see `Parameter.checked`.
 
         Raises:
             InvalidValue: A weight is negative or not finite, or there is another number of them.
@@ -198,7 +198,7 @@ class Weight:
         return self._numbers.checked(value, over)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
-        """Write the weights, or begin to; see `Parameter.change`."""
+        """Write the weights, at once or over a time; see `Parameter.change`."""
         if isinstance(value, float) and value > 0.0 and self._none_is_zero:
             return self._numbers.change(value, t, over)
         each = np.broadcast_to(cast("Array", value), self._task.weight.shape)

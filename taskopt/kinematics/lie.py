@@ -1,9 +1,9 @@
 """Compiled kernels of SO(3) and SE(3): logarithm, exponential, and their derivatives.
 
 Conventions are those of `taskopt.kinematics.pose`: linear part [m] first, then angular [rad], both in the
-body frame. With θ = ‖ω‖ all maps are built from three scalars that are even functions of θ:
-α = (θ/2) cot(θ/2), β = (1 − α)/θ² and γ = β'(θ)/θ. Results are written into the array `out`, and nothing
-is allocated, so kernels of tasks may call these on every tick. In their arguments
+body frame. With θ = ‖ω‖ all maps are built from three scalars that are even functions of θ: α = (θ/2)
+cot(θ/2), β = (1 − α)/θ² and γ = β'(θ)/θ. Results are written into the array `out`, and nothing is allocated,
+so that kernels of tasks can call these functions on every tick. The symbols of the arguments are
 
     R    (3, 3) rotation matrix; a pose (4, 4) may stand in its place
     T    (4, 4) pose, translation in [m]
@@ -141,11 +141,11 @@ def _jlog3_of_terms(wx, wy, wz, alpha, beta, out):
 
 @kernel
 def jlog3_into(R, out):
-    """Write the matrix of `pose.jlog3` into an array; for kernels.
+    """Write the inverse right Jacobian of SO(3) into an array; see `pose.jlog3`.
 
     Args:
         R: (3, 3) rotation matrix.
-        out: (3, 3) receives the matrix; of a larger array, the upper left part.
+        out: (3, 3) receives the matrix. If the array is larger, its upper left part is written.
 
     Source:
         Solà et al. (2018), appendix B, inverse of the right Jacobian.
@@ -183,7 +183,7 @@ def _jlog6_of_terms(T, wx, wy, wz, alpha, beta, gamma, out):
 
 @kernel
 def jlog6_into(T, out):
-    """Write the matrix of `pose.jlog6` into an array; for kernels.
+    """Write the inverse right Jacobian of SE(3) into an array; see `pose.jlog6`.
 
     Args:
         T: (4, 4) pose.
@@ -202,8 +202,8 @@ def log6_jlog6_into(T, log, jlog):
 
     Args:
         T: (4, 4) pose.
-        log: (6,) receives what `log6_into` computes.
-        jlog: (6, 6) receives what `jlog6_into` computes.
+        log: (6,) receives ξ as from `log6_into`.
+        jlog: (6, 6) receives the matrix as from `jlog6_into`.
 
     Source:
         Solà et al. (2018), appendix D.
@@ -236,7 +236,7 @@ def exp3_into(omega, out):
 
     Args:
         omega: (3,) [rad], axis times angle.
-        out: (3, 3) receives the rotation; of a larger array, the upper left part.
+        out: (3, 3) receives the rotation. If the array is larger, its upper left part is written.
 
     Source:
         Solà et al. (2018), appendix B, exponential of SO(3).
@@ -252,7 +252,7 @@ def exp3_into(omega, out):
 
 @kernel
 def exp6_into(twist, out):
-    """Write the pose of `pose.exp6` into an array; for kernels.
+    """Write the pose exp6(ξ) of a body twist into an array; see `pose.exp6`.
 
     Args:
         twist: (6,), linear [m] then angular [rad], in the body frame.

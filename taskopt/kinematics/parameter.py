@@ -1,7 +1,8 @@
-"""Parameters: what of a task or a limit may change while a stack runs, without compiling it again.
+"""Parameters: values of tasks and limits that may change while a stack runs, without a new compilation.
 
-A part offers its parameters by the method `adjustable`. A plan joins the name of the part and that of the
-attribute, as in "hand.weight", and applies changes at the beginning of a tick (`taskopt.kinematics.changes`).
+The method `adjustable` of a part returns its parameters. In a plan the address of a parameter is the name of
+the part and that of the attribute, as in "hand.weight". Changes are applied at the beginning of a tick
+(`taskopt.kinematics.changes`).
 """
 
 from collections.abc import Callable
@@ -24,17 +25,17 @@ class Parameter(Protocol):
     """One value of a task or a limit that may change while a stack runs."""
 
     def checked(self, value: Setting, over: float) -> Setting:
-        """Check a value where it is set, so that the error points at the line that sets it.
+        """Check a value when it is set, so that an error points at the line that sets it.
 
         Args:
             value: What the user wrote.
-            over: Time over which the change is to be blended [s]; 0 for at once.
+            over: Time over which the change is blended [s]; 0 for at once.
 
         Returns:
             The value in the form that `change` takes, with no reference to the user's arrays.
 
         Raises:
-            InvalidValue: The parameter does not take the value, or not over a time.
+            InvalidValue: The parameter does not accept the value, or cannot be blended over a time.
         """
         ...
 
@@ -47,7 +48,7 @@ class Parameter(Protocol):
             over: Time over which the change is blended [s].
 
         Returns:
-            The ramp that carries the change on in later ticks, or None if it is done.
+            The ramp that continues the change in later ticks, or None if the change is complete.
         """
         ...
 
@@ -57,14 +58,14 @@ class Parameter(Protocol):
 
 
 class Numbers:
-    """A parameter that is one number, or one number for each row, joint or pair.
+    """A parameter that is one number, or one number for each row, joint or pair (an array).
 
     Args:
         array: The present numbers, overwritten by each change; a single number has the shape (1,).
-        each: Turns what the user wrote into one number for each, or into one float for all, and raises
-            `InvalidValue`.
-        written: Called after each change, or None where `array` itself is what a tick reads.
-        geometric: Blend by equal ratios, which suits weights, in place of equal steps.
+        each: Function that converts the user's value to one number for each entry of `array`, or to one float
+            for all; it raises `InvalidValue`.
+        written: Function that is called after each change; None if a tick reads `array` itself.
+        geometric: True blends by equal ratios, which suits weights, False by equal steps.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class Numbers:
         self._array, self._each, self._written, self._geometric = array, each, written, geometric
 
     def checked(self, value: Setting, over: float) -> Array | float:  # noqa: ARG002 (protocol)
-        """Return one number for each, or one float for all; see `Parameter.checked`.
+        """Return one number for each entry, or one float for all; see `Parameter.checked`.
 
         Raises:
             InvalidValue: A number is out of its range, or there is another number of them.
@@ -86,7 +87,7 @@ class Numbers:
         return self._each(value)  # type: ignore[arg-type]
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
-        """Write the numbers, or begin to; see `Parameter.change`."""
+        """Write the numbers, at once or over a time; see `Parameter.change`."""
         if over <= 0.0:
             self._write(cast("Array | float", value))
             return None
@@ -120,11 +121,11 @@ class Numbers:
 
 
 class Followed:
-    """Another parameter, with a call after each of its changes.
+    """A parameter with a function that is called after each of its changes.
 
     Args:
         parameter: The parameter.
-        then: What is called.
+        then: The function that is called.
     """
 
     def __init__(self, parameter: Parameter, then: Callable[[], None]) -> None:
@@ -135,7 +136,7 @@ class Followed:
         return self._parameter.checked(value, over)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
-        """Write the value, and make the call; see `Parameter.change`."""
+        """Write the value, and call the function; see `Parameter.change`."""
         ramp = self._parameter.change(value, t, over)
         self._then()
         if ramp is None:
@@ -166,7 +167,7 @@ def one_number(name: str, value: ArrayLike, least: float, most: float = np.inf) 
         The number.
 
     Raises:
-        InvalidValue: It is no finite number, or out of its range.
+        InvalidValue: The value is not a finite number, or is out of its range.
     """
     number = float(finite(name, value, ()))
     if not least < number <= most:

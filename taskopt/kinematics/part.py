@@ -1,14 +1,14 @@
-"""Parts of a plan: what a task or a limit becomes once it is bound to a robot.
+"""Parts of a plan: tasks and limits that are bound to a robot.
 
 A part fills its rows, or narrows the bounds of the joint velocities, on every tick. It does so in Python, by
-its method `fill` or `narrow`, or by a compiled kernel that it hands over as three attributes:
+its method `fill` or `narrow`, or by a compiled kernel, which is given by three attributes:
 
     kernel       a function compiled by `taskopt.jit.kernel_apart`
     parameters   integers that the kernel reads: sizes, row indices, columns
     memory       numbers that the kernel reads and writes: targets, gains, errors
 
 The plan calls the kernels of all its parts in one compiled call (`taskopt.kinematics.plan`), since a call
-from Python costs more than the rows of a task. A part from outside this package joins in the same way.
+from Python costs more than the rows of a task. A part that a user writes can have a kernel in the same way.
 
 The kernel of rows has the signature `(parameters, memory, state, rows)`, with `RobotState` and `RowArrays`.
 The kernel of a limit on single velocities has `(parameters, memory, state, bounds, owner)`, with the last two
@@ -71,15 +71,15 @@ _NO_MEMORY = np.zeros(0)
 
 
 class Part:
-    """Base of everything that fills a part of the hierarchy.
+    """Base of bound tasks and bound limits, each of which fills its part of the hierarchy.
 
     Attributes:
         name: Name of the part in its plan.
-        constant: True if what was written when the stack was compiled never changes.
+        constant: True if the part writes its numbers when the stack is compiled, and never again.
         kernel: Compiled function that does the work of each tick, or None to do it in Python. Assign it in
             `__init__`; a function in the body of a class would become a method.
-        parameters: Integers for the kernel, (any,).
-        memory: Numbers for the kernel, (any,).
+        parameters: Integers that the kernel reads, a flat array of any length.
+        memory: Floats that the kernel reads and writes, a flat array of any length.
     """
 
     name: str
@@ -89,10 +89,10 @@ class Part:
     memory: Array = _NO_MEMORY
 
     def use(self, memory: Array) -> None:
-        """Re-bind this part to `memory`, which already holds its current numbers.
+        """Make this part use another memory, which already holds its current numbers.
 
         The plan calls this once, after it has joined the memories of all parts. A part that keeps views into
-        its memory makes them anew here.
+        its memory must make new views here.
 
         Args:
             memory: The memory from now on, of the size of the old one.
@@ -100,17 +100,17 @@ class Part:
         self.memory = memory
 
     def adjustable(self) -> Mapping[str, Parameter]:
-        """Return the parameters of this part, by attribute, such as "gain"; none by default.
+        """Return the parameters of this part by name of attribute, such as "gain"; none by default.
 
         The plan calls this once, after `use`.
         """
         return {}
 
     def retime(self, dt: float) -> None:
-        """Take another Δt for the ticks to come.
+        """Change Δt for all later ticks.
 
-        A limit whose rows or bounds depend on Δt and change from tick to tick defines this method; the plan
-        refuses another Δt where such a limit lacks it.
+        A limit must define this method if its rows or bounds depend on Δt and change from tick to tick. If
+        such a limit lacks it, the plan refuses to change Δt.
 
         Args:
             dt: Δt [s].
@@ -124,8 +124,8 @@ class RowPart(Part):
         name: Name of the part in its plan.
         row_names: Name of each row, such as ("x", "y").
         row_units: Unit of A v for each row, such as ("m/s", "m/s").
-        column: For each row j if it is the unit vector e_j for good, else −1. Solvers skip work for unit
-            vectors. None: −1 for all.
+        column: For each row, the index j of the velocity if the row of A is always the unit vector e_j, else
+            −1. Solvers skip work for unit vectors. None means −1 for all rows.
 
     Attributes:
         fixed_target: True if `aim` need not be called on every tick, since the target stands still.
@@ -148,14 +148,14 @@ class RowPart(Part):
         self.column = (-1,) * len(self.row_names) if column is None else tuple(column)
 
     def prepare(self, rows: LevelRows) -> None:
-        """Write once what never changes.
+        """Write the numbers of the rows that never change; the plan calls this once.
 
         Args:
-            rows: Rows of this part in the hierarchy; A arrives full of zeros, and so do the bounds.
+            rows: Rows of this part in the hierarchy, in which A and the bounds are zero.
         """
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor targets that begin at the present posture; the plan calls this for tasks, not for limits.
+        """Start the targets of a task from the present posture; the plan does not call this for limits.
 
         Args:
             configuration: Robot at the start posture.
@@ -189,7 +189,7 @@ class RowPart(Part):
 
 
 def state_of(configuration: Configuration) -> RobotState:
-    """Return what kernels may know of a robot, as views into a configuration.
+    """Return the arrays of a robot that kernels read, as views into a configuration.
 
     Args:
         configuration: The robot at q.
@@ -201,7 +201,7 @@ def state_of(configuration: Configuration) -> RobotState:
 
 
 def check_complete(part: object, base: type[Part], what: str, needed: Sequence[str]) -> None:
-    """Raise an error that names what a part lacks.
+    """Check that a bound part has everything that a plan needs.
 
     Args:
         part: The bound part.
@@ -267,14 +267,14 @@ def _check_memory(parameters: object, memory: object, owner: str) -> None:
 
 
 def _described(value: object) -> str:
-    """Describe a value that is not the array that it should be."""
+    """Describe a value that is not the expected array."""
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} with the shape {value.shape}"
     return f"{value!r}, an object of type {type(value).__name__}"
 
 
 def _check_rows(part: RowPart, own: str, what: str) -> None:
-    """Raise `InvalidValue` if a part cannot fill its rows, or names another number of them than it has."""
+    """Raise `InvalidValue` if a part cannot fill its rows, or if the number of names does not fit."""
     if part.kernel is None and not part.constant and type(part).fill is RowPart.fill:
         raise InvalidValue(f"{own}, to which {what} is bound, lacks fill() or a kernel of {RowPart.__name__}")
     m = len(part.row_names)

@@ -1,17 +1,18 @@
-"""One compiled call that fills the rows and the box of a tick.
+"""The compiled function that fills the rows and the bounds of velocities of a tick in one call.
 
 Every part of a plan that has a kernel (`taskopt.kinematics.part`) is called from one compiled function. That
 function is made for the set of kernels that the plan needs: `fill_function` nests one small function around
-another, each of which calls its kernel or hands on to the next,
+another, each of which calls its kernel or passes on to the next,
 
     link 3: if index == 3 call the third kernel, else link 2: if index == 2 …
 
-The kernels themselves stay calls, so that a new set compiles in a fraction of a second. The function is kept
-by content like every kernel, and plans with the same kernels share it.
+The kernels are called and not inlined, so that the function for a new set of kernels compiles in a fraction
+of a second. Its machine code is cached by its content like that of every kernel, and plans with the same
+kernels share it.
 
-It walks over two arrays. `program` holds integers: a header, then the entry of each part, which ends with
-the part's own parameters. `numbers` holds all floats of the plan: the buffer of the hierarchy, its norm, the
-box with which each tick starts, and the memories of the parts.
+The function reads two arrays. `program` holds integers: a header, then the entry of each part, which ends
+with the part's own parameters. `numbers` holds all floats of the plan: the buffer of the hierarchy, its norm,
+the bounds of velocities with which each tick starts (the box), and the memories of the parts.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -64,7 +65,8 @@ class Problem(NamedTuple):
         buffer: Buffer of the hierarchy, see `taskopt.hierarchy.view`.
         norm: Norm W, its diagonal (n,) or all of it row by row (n · n,).
         offsets: First row of each level, and the end, (L + 2,).
-        columns: For each row j if it is the unit vector e_j for good, else −1, (M,).
+        columns: For each row, the index j of the velocity if the row of A is always the unit vector e_j, else
+            −1, (M,).
     """
 
     buffer: Array
@@ -74,10 +76,11 @@ class Problem(NamedTuple):
 
 
 class CompiledTick(NamedTuple):
-    """The compiled function of a plan, and what it is called with.
+    """The compiled function of a plan, and its arguments.
 
     Attributes:
-        fill: Fills the hierarchy from `arguments`; returns True if the outcome is flawed, see `flawed`.
+        fill: Function that fills the hierarchy from `arguments`; it returns True if the hierarchy is flawed,
+            see `flawed`.
         arguments: Program, numbers, and the q, Jacobians and placements of the configuration.
         hierarchy: The hierarchy that is filled, in the memory of `numbers`.
     """
@@ -90,13 +93,13 @@ class CompiledTick(NamedTuple):
 def compiled_tick(
     parts: Sequence[tuple[Part, int]], configuration: Configuration, hierarchy: Hierarchy
 ) -> CompiledTick:
-    """Return the compiled function for some parts, and move their memory into one array.
+    """Make the compiled function of some parts, and move their memory into one array.
 
     Args:
         parts: Parts that have a kernel, each with its first row, or with its first index in the owners of
             bounds.
         configuration: Robot whose arrays the function reads, now and later.
-        hierarchy: Hierarchy with all that never changes; its box is that with which every tick starts.
+        hierarchy: Hierarchy in which all constant numbers are written; every tick starts with its box.
 
     Returns:
         The function, its arguments, and the hierarchy in its new memory.
@@ -125,13 +128,13 @@ def compiled_tick(
 
 
 def base_box(tick: Tick) -> Array:
-    """Return the box with which each tick of a plan begins.
+    """Return the bounds of velocities with which each tick of a plan begins.
 
     Args:
         tick: Arguments of the compiled function.
 
     Returns:
-        (4, n) a view: lower bounds, upper bounds, and the owner of each.
+        View (4, n): lower bounds, upper bounds, owner of each lower bound, owner of each upper bound.
     """
     program, numbers = tick[0], tick[1]
     n, start = int(program[Header.UNKNOWNS]), int(program[Header.BOX])
@@ -224,12 +227,12 @@ def _box_chain(kernels: tuple[BoxKernel, ...]) -> Callable[..., None]:
 
 @kernel
 def _no_rows(index, parameters, memory, state, rows):
-    """End a chain of kernels of rows."""
+    """Do nothing: the end of a chain of kernels of rows."""
 
 
 @kernel
 def _no_bounds(index, parameters, memory, state, bounds, owner):
-    """End a chain of kernels of bounds."""
+    """Do nothing: the end of a chain of kernels of bounds."""
 
 
 @kernel
@@ -263,7 +266,7 @@ def flawed(rows: Rows) -> bool:
         rows: Views of the hierarchy.
 
     Returns:
-        True if something is flawed.
+        True if there is such a number.
     """
     bad = False
     for i in range(rows.columns.size):

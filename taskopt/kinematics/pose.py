@@ -179,7 +179,7 @@ def homogeneous(rotation: ArrayLike, translation: ArrayLike) -> Array:
 
 
 def checked_pose(name: str, value: ArrayLike) -> Array:
-    """Copy a pose from outside, after checking it.
+    """Check a pose that a user gave, and return a copy.
 
     Args:
         name: Name of the pose in the error message.
@@ -189,7 +189,7 @@ def checked_pose(name: str, value: ArrayLike) -> Array:
         A new array (4, 4).
 
     Raises:
-        InvalidValue: The shape is another, a number is not finite, the upper left part is not a rotation,
+        InvalidValue: The shape is not (4, 4), a number is not finite, the upper left part is not a rotation,
             or the last row is not 0 0 0 1.
     """
     T = finite(name, value, (4, 4))
@@ -203,7 +203,7 @@ def checked_pose(name: str, value: ArrayLike) -> Array:
 
 @kernel
 def is_pose(T):
-    """Return True if `checked_pose` would accept T; allocates nothing, for use in every tick.
+    """Return True if `checked_pose` accepts T; allocates nothing, so that every tick can call it.
 
     Args:
         T: (4, 4) array, translation in [m].

@@ -1,8 +1,9 @@
-"""Spaces in which targets live: poses of a frame, and postures of a robot.
+"""Spaces of the values of targets: poses of a frame, and postures of a robot.
 
-A space turns what a user writes into one kind of array, and has the two operations that a path needs:
+A space converts a user's value to one kind of array, and has the two operations that a path needs:
 `difference(a, b)`, the constant rate that leads from a to b in unit time, and `move(a, delta, out)`, its
-inverse. Targets are written once upon these. `chosen_rows` reads the choice of rows in a task.
+inverse. Every target is written with these operations only, and so works in both spaces. `chosen_rows` reads
+the choice of rows in a task.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,7 +55,7 @@ def plain(value: Value) -> ArrayLike | Mapping[str, float]:
 
 
 class Space(Protocol):
-    """A space of values of one kind.
+    """A space of values of one kind, such as poses or postures.
 
     Attributes:
         tangent: Number of entries of a rate.
@@ -63,11 +64,11 @@ class Space(Protocol):
     tangent: int
 
     def convert(self, value: Value, start: Array) -> Array:
-        """Turn what a user wrote into a checked array of this space.
+        """Convert a user's value to a checked array of this space.
 
         Args:
             value: The value; the classes say which forms they take.
-            start: Value at the start of the run, from which everything is taken that `value` leaves open.
+            start: Value at the start of the run, which supplies the parts that `value` does not state.
 
         Returns:
             A new array.
@@ -94,7 +95,7 @@ class Space(Protocol):
         ...
 
     def convert_rate(self, rate: Value) -> Array:
-        """Turn what a user wrote as a rate into a checked tangent vector.
+        """Convert a user's rate to a checked tangent vector.
 
         Args:
             rate: The rate; the classes say which forms they take.
@@ -135,7 +136,7 @@ class Space(Protocol):
         ...
 
     def move(self, a: Array, delta: Array, out: Array) -> None:
-        """Write where a constant rate leads in unit time.
+        """Write the value to which a constant rate leads in unit time.
 
         Args:
             a: Value to begin at.
@@ -161,7 +162,7 @@ class PoseSpace:
 
         Args:
             name: Name of a value in error messages.
-            angular: Rates (3,) are angular.
+            angular: True if rates (3,) are angular velocities, False if they are linear velocities.
         """
         self._name, self._angular = name, angular
 
@@ -169,7 +170,8 @@ class PoseSpace:
         """Turn a pose, a position or a rotation into a checked pose (4, 4), see `Space.convert`.
 
         Raises:
-            InvalidValue: The value has another shape, is not finite, or its rotation is none.
+            InvalidValue: The value has another shape, is not finite, or its rotation is not a rotation
+                matrix.
         """
         array = np.asarray(plain(value))
         if array.shape not in {(3,), (3, 3), (4, 4)}:
@@ -222,9 +224,10 @@ class PoseSpace:
 class PostureSpace:
     """Postures (nq,) [rad, m] of a robot; rates are joint velocities (nv,) [rad/s, m/s].
 
-    A value may be a whole posture (nq,), one number for each of `joints`, or a mapping from joint to
-    number; joints that are not named stay where they are at the start. Rates likewise, with (nv,); joints
-    that are not named have rate zero. Differences and moves are those of the configuration manifold.
+    A value may be a whole posture (nq,), one number for each of `joints`, or a mapping from joint to number;
+    joints that are not named stay where they are at the start. A rate may be (nv,), one number for each of
+    `joints`, or a mapping; joints that are not named have rate zero. Differences and moves are those of the
+    configuration manifold.
 
     Attributes:
         joints: Names of the joints of the task, in the order in which numbers are given.
@@ -285,9 +288,9 @@ class PostureSpace:
         out[:] = self._robot.integrate(a, delta, 1.0)
 
     def _whole(self, value: ArrayLike | Mapping[str, float], size: int) -> ArrayLike | None:
-        """Return a value that is for the whole robot, else None.
+        """Return a value that has one number for each coordinate of the robot; return None for any other.
 
-        Where the task has as many joints as the robot has numbers, numbers are read as those of the joints.
+        If the task has as many joints as the value has entries, the entries are those of the joints.
         """
         if isinstance(value, Mapping) or np.shape(value) != (size,) or size == len(self.joints):
             return None
@@ -310,7 +313,7 @@ class PostureSpace:
         return dict(zip(names, finite(self._name, numbers, (len(names),)).tolist(), strict=True))
 
     def _column(self, joint: str) -> int:
-        """Return the place of a joint's velocity; raise `InvalidValue` if it has several."""
+        """Return the index in v of a joint's velocity; raise `InvalidValue` if it has several."""
         columns = self._robot.velocity_index(joint)
         if columns.stop - columns.start != 1:
             raise InvalidValue(
@@ -320,9 +323,9 @@ class PostureSpace:
 
 
 def coordinate_table(robot: Robot) -> IntArray:
-    """Find what kind of coordinate belongs to each velocity, and where it stands in q.
+    """Find the kind of coordinate that belongs to each velocity, and its index in q.
 
-    The place of (cos, sin) of a continuous joint is found by turning the joint a little from neutral.
+    The index of (cos, sin) of a continuous joint is found by turning the joint a little from neutral.
 
     Args:
         robot: The robot.
@@ -344,21 +347,21 @@ def coordinate_table(robot: Robot) -> IntArray:
 
 
 def chosen_rows(axes: str | Sequence[bool], letters: str, first: int = 0) -> IntArray:
-    """Find which of the six rows of a frame a task takes.
+    """Find the indices of those of the six rows of a frame that a task takes.
 
-    In a text the letters keep the order of `letters`, and a blank skips to the letters of the orientation, so
-    that "xy y" is the position in the plane and the yaw angle.
+    In a text the chosen letters must have the order of `letters`. A blank separates position from
+    orientation, so that "xy y" is the position in the x-y plane and the yaw angle.
 
     Args:
         axes: Letters, or one truth value for each of `letters`.
         letters: The letters to choose from, such as "xyzrpy".
-        first: The row that the first of `letters` stands for.
+        first: Index of the row that the first of `letters` denotes.
 
     Returns:
         (k,) indices into the six rows, in increasing order.
 
     Raises:
-        InvalidValue: Nothing is chosen, or something else than `letters` in their order.
+        InvalidValue: Nothing is chosen, or the choice is not made of `letters` in their order.
     """
     chosen: list[int] = []
     if isinstance(axes, str):

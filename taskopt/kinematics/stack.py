@@ -36,16 +36,16 @@ Kind = TypeVar("Kind", Task, Limit)
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Declare what a robot is to do: levels of tasks in strict order, and the limits around all of them.
+    """A declaration of levels of tasks in strict order, and of the limits that come before all of them.
 
     Args:
-        levels: Lists of tasks, highest priority first. Tasks of one level are weighed against each other; a
-            level never gives up anything for a later one.
+        levels: Lists of tasks, highest priority first. Tasks of one level are weighed against each other. A
+            level is never made worse for the sake of a later one.
         limits: Hard limits, which come before every task. Only the limits of this list are in force; none is
             added by default.
-        norm: W in ½ vᵀ W v, whose minimum fixes the motions that all levels leave free: its diagonal (nv,),
-            or a symmetric positive definite (nv, nv) matrix. A larger entry makes that velocity smaller.
-            Default: the identity.
+        norm: W (nv, nv), symmetric and positive definite, or its diagonal (nv,). Among the motions that all
+            levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
+            smaller. Default: the identity.
 
     Raises:
         InvalidValue: There is no level, a level is empty, or an entry is not a task or not a limit.
@@ -66,7 +66,7 @@ class Stack:
         object.__setattr__(self, "limits", _tuple(self.limits, "limits", Limit))
 
     def compile(self, robot: Robot, dt: float) -> "Plan":
-        """Return the stack for a robot, with all memory allocated.
+        """Bind the stack to a robot, and allocate all memory.
 
         Args:
             robot: The robot.
@@ -77,13 +77,14 @@ class Stack:
 
         Raises:
             UnknownName: The robot lacks a frame or joint.
-            InvalidValue: dt ≤ 0; sizes do not fit; gain · dt ≥ 2 in a task, where an Euler step lands farther
-                from the target; or a task or limit from outside lacks what it needs, which the message names.
+            InvalidValue: dt ≤ 0; sizes do not fit; gain · dt ≥ 2 in a task, for which Euler steps diverge
+                from the target; or a user's own task or limit is incomplete, in which case the message names
+                what it lacks.
         """
         return Plan(self, robot, positive("dt", dt))
 
     def at(self, configuration: Configuration, dt: float, t: float = 0.0) -> Hierarchy:
-        """Return the hierarchy at a configuration, for a look; targets begin there, at time 0 s.
+        """Return the hierarchy at one configuration, to inspect it; targets begin there, at time 0 s.
 
         Args:
             configuration: Robot at q.
@@ -99,7 +100,7 @@ class Stack:
 
 
 class Plan:
-    """A stack compiled for a robot; `at` fills the one hierarchy that it has.
+    """A stack compiled for a robot, which fills the same hierarchy at every tick.
 
     Args:
         stack: The declared stack.
@@ -107,17 +108,16 @@ class Plan:
         dt: Time [s] from one tick to the next.
 
     Attributes:
-        tasks: Tasks as bound to the robot, in order of level; their errors and poses are those of the last
-            `at`.
-        limits: Limits as bound, in order.
-        rate_limits: Those of them whose bounds depend on the velocity of the last tick.
-        rate_tasks: Tasks that depend on that velocity.
-        distance_limits: Those that keep distances, by name, each with what the last `at` measured.
-        obstacles: Shapes of all limits and tasks, by the names that rows, pictures and logs use.
-        configuration: Robot as of the last `at`.
+        tasks: The bound tasks in order of level; their errors and poses are those of the last `at`.
+        limits: The bound limits, in order.
+        rate_limits: The limits whose bounds depend on the velocity of the last tick.
+        rate_tasks: The tasks that depend on the velocity of the last tick.
+        distance_limits: The limits on distances, by name; each has the distances of the last `at`.
+        obstacles: Shapes of all limits and tasks, by the names that appear in rows, pictures and logs.
+        configuration: Robot at the posture of the last `at`.
         hierarchy: The hierarchy that `at` fills.
-        layout: Its names and sizes.
-        fill: Compiled function that fills what has a kernel, see `taskopt.kinematics.plan`.
+        layout: Names and sizes of the hierarchy.
+        fill: Compiled function that calls the kernels of all parts, see `taskopt.kinematics.plan`.
         tick: Arguments of `fill`.
     """
 
@@ -149,10 +149,10 @@ class Plan:
         self.changes = Changes(self._parameters(levels))
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
-        """Anchor the targets that begin at the start posture, with the robot at rest.
+        """Start all targets from a start posture, with the robot at rest.
 
         Args:
-            q: Start posture, (nq,).
+            q: Start posture, (nq,) [rad, m].
             t: Time [s].
 
         Raises:
@@ -172,7 +172,7 @@ class Plan:
         self._started = True
 
     def moved(self, v: Array) -> None:
-        """Tell limits and tasks that follow the velocity which one the robot has until the next tick.
+        """Tell `rate_limits` and `rate_tasks` the velocity that the robot has until the next tick.
 
         Args:
             v: Velocity, (nv,) [rad/s, m/s].
@@ -184,7 +184,7 @@ class Plan:
         """Return the velocity after braking as hard as the limits on acceleration allow.
 
         Returns:
-            (nv,) [rad/s, m/s]; 0 where no limit keeps the robot from standing still.
+            (nv,) [rad/s, m/s]; 0 for every velocity that may stop within one tick.
         """
         slowest = np.zeros(self.robot.nv)
         for limit in self.rate_limits:
@@ -195,7 +195,7 @@ class Plan:
     def at(self, q: Array, t: float) -> Hierarchy:
         """Fill the hierarchy.
 
-        The first call starts the targets, unless `start` did.
+        The first call starts the targets, unless `start` was called before.
 
         Args:
             q: Configuration, (nq,).
@@ -211,7 +211,7 @@ class Plan:
         return self.filled(t)
 
     def filled(self, t: float) -> Hierarchy:
-        """Fill the hierarchy after `aim`.
+        """Fill the hierarchy; `aim` must have been called for this tick before.
 
         Args:
             t: Time [s].
@@ -264,13 +264,13 @@ class Plan:
         self.changes.set(changes, over)
 
     def retime(self, dt: float) -> None:
-        """Take another time from one tick to the next.
+        """Change the time from one tick to the next.
 
         Args:
             dt: Δt [s].
 
         Raises:
-            InvalidValue: dt ≤ 0, a gain is too large for it, or a limit from outside cannot change its Δt.
+            InvalidValue: dt ≤ 0, a gain is too large for it, or a user's own limit cannot change its Δt.
         """
         dt = positive("dt", dt)
         _check_gains(self.tasks, dt)
@@ -285,16 +285,16 @@ class Plan:
 
     @property
     def in_one_call(self) -> bool:
-        """True if `fill(*tick)` after `aim` does all that `at` does, as long as no task is `gated`."""
+        """True if `aim` followed by `fill(*tick)` does the same as `at`, as long as `gated` is False."""
         return not self._narrows and not self._damps
 
     @property
     def gated(self) -> bool:
-        """True if rows of some task are out of force, or on their way, so that Python follows the kernels."""
+        """True if a task has rows that are not fully on, so that Python code must open their bounds."""
         return bool(self._open_gates)
 
     def _change(self, t: float) -> None:
-        """Apply the changes of parameters that wait, and carry on those that are blended."""
+        """Apply the waiting changes of parameters, and advance those that are blended."""
         self.changes.apply(t)
         if not all(part.fixed_target for part in self._still):
             self._sort_targets()
@@ -305,7 +305,7 @@ class Plan:
                     self._open_gates = (*self._open_gates, gate)
 
     def _apply_gates(self, t: float) -> None:
-        """Open the bounds of rows that are out or on their way; forget gates with nothing to do."""
+        """Open the bounds of rows that are not fully on; forget gates with nothing to do."""
         for gate in self._open_gates:
             gate.apply(t)
         self._open_gates = tuple(gate for gate in self._open_gates if not gate.is_idle(t))
@@ -350,7 +350,7 @@ class Plan:
             narrow(self.configuration, bounds, owner)
 
     def _prepare(self, hard: Sequence[RowPart], boxes: Sequence[BoundLimit], norm: Array) -> None:
-        """Write what never changes, and sort the rest into one compiled call and what is filled in Python."""
+        """Write what never changes, and separate the parts with a kernel from those filled in Python."""
         layout, n = self.layout, self.robot.nv
         hierarchy = Hierarchy.view(layout, np.zeros(layout.size), norm)
         parts = tuple(zip([*hard, *self.tasks], layout.blocks, strict=True))
@@ -385,12 +385,12 @@ class Plan:
         self._moving = [part.aim for part in self._aimed if not part.fixed_target]
 
     def _is_flawed(self) -> bool:
-        """Return True if the numbers of the hierarchy are no problem that can be solved."""
+        """Return True if the hierarchy holds numbers with which it cannot be solved, such as NaN."""
         h, layout = self.hierarchy, self.layout
         return flawed(rows_of(h.buffer, layout.n, h.norm, layout.offsets, layout.columns))
 
     def blame(self, t: float) -> None:
-        """Raise an error that names what is not finite.
+        """Raise an error that names the number that is not finite.
 
         Args:
             t: Time [s].

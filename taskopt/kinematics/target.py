@@ -1,8 +1,9 @@
 """Targets of tasks: the desired value x_d(t) with its rate ẋ_d(t).
 
 Every target gives its exact rate, and tasks always use it: without this feedforward a moving target is
-followed with a lag of ẋ_d/K. After its end a target holds its value, and its rate is zero from the first
-held sample on; one sample more would leave a permanent error in an open loop (Sect. 3.7.5).
+followed with a lag of ẋ_d/K. After its end a target holds its value. Its rate is zero from the first tick at
+which the value is held; one more tick with a rate would leave a permanent error in an open loop (Sect.
+3.7.5).
 """
 
 import math
@@ -30,18 +31,18 @@ _STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding ar
 
 @runtime_checkable
 class Target(Protocol):
-    """The declaration of a desired value x_d(t); `start` makes it the course of one task in one run."""
+    """The declaration of a desired value x_d(t); `start` begins it for one task in one run."""
 
     def start(self, space: Space, start: Array, t: float) -> Course:
-        """Begin the course of a task.
+        """Begin the target, and return the function that computes its value and rate (its course).
 
         Args:
-            space: Space in which the value lives: poses of a frame, or postures of a robot.
+            space: Space of the value: poses of a frame, or postures of a robot.
             start: Value of the task at the start of the run: pose (4, 4) in the world [m], or posture (nq,).
             t: Time of the start [s].
 
         Returns:
-            The course; it has its own copy of `start`.
+            The course, a function of time that writes value and rate; it has its own copy of `start`.
 
         Raises:
             InvalidValue: The declared value does not fit the space.
@@ -101,7 +102,7 @@ TIMING: dict[str, Callable[[float], tuple[float, float]]] = {
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A straight motion from the start of the run, x_d = x_0 ⊕ s(t/duration) Δ.
+    """A straight motion from the value x_0 at the start of the run: x_d = x_0 ⊕ s(t/duration) Δ.
 
     Positions move on a straight line while orientations turn about a fixed axis of the world, and
     postures move at fixed ratios of joint velocities. Exactly one of `to` and `by` must be given.
@@ -158,7 +159,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle through the start of the run: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
+    """A circle through the start p_0 of the run: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
 
     The orientation stays that of the start.
 
@@ -167,7 +168,7 @@ class Circle:
         period: Time of one turn, 2π/ω [s].
         toward: Direction from the start to the centre, (3,) in the world; its length does not matter.
         along: Direction in which the circle begins, (3,) in the world, at right angles to `toward`.
-        turns: Number of turns, after which the target holds; None goes on for ever.
+        turns: Number of turns after which the target stands still; None means that it never stops.
 
     Raises:
         InvalidValue: A number is not positive, or the directions are not at right angles.
@@ -194,7 +195,7 @@ class Circle:
         """Begin the course at the time t [s], see `Target.start`.
 
         Raises:
-            InvalidValue: The task is one of joints, whose targets are no circles.
+            InvalidValue: The task is a task of joints, for which a circle is no target.
         """
         if not isinstance(space, PoseSpace):
             raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
@@ -226,14 +227,15 @@ class Circle:
 class Function:
     """A target that is any function of the run's time, x_d = value(t) and ẋ_d = derivative(t).
 
-    Without `derivative` the rate comes from three values at t, t + 20 µs and t + 40 µs (second order, good
-    to about 1e-9 for smooth functions of size one). They look forward only, so that a function that holds
-    from some time on has no feedforward from that very sample on.
+    Without `derivative` the rate is computed from three values at t, t + 20 µs and t + 40 µs, to second
+    order, with errors of about 1e-9 for smooth functions of size one. The differences look forward only, so
+    that the rate of a function that becomes constant is zero from the first constant tick on.
 
     Attributes:
-        value: From t [s] to a pose, position [m] or rotation in the world, or to a posture [rad, m].
-        derivative: From t [s] to its rate: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
-            velocities [rad/s, m/s]. None: by differences.
+        value: Function of t [s] that returns a pose (4, 4), position (3,) [m] or rotation (3, 3) in the
+            world, or a posture (nq,) [rad, m].
+        derivative: Function of t [s] that returns the rate: (6,) or (3,) along the axes of the world [m/s,
+            rad/s], or joint velocities (nv,) [rad/s, m/s]. None: by differences.
 
     Raises:
         InvalidValue: One of them is not callable.
@@ -269,7 +271,7 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class WithoutRate:
-    """Another target without its rate ẋ_d: the task asks for K e alone and lags behind what moves.
+    """A target whose rate ẋ_d is left out, so that the task asks for K e alone and lags behind.
 
     Attributes:
         target: The target, or a value to hold.
@@ -296,11 +298,11 @@ class WithoutRate:
 
 
 class Latest:
-    """A target that is set from outside, for control loops whose target somebody else moves.
+    """A target whose value is set while the stack runs, such as by an operator or another program.
 
     `set` may be called at any time, also from another thread: a tick sees the old value and velocity or the
-    new ones, never a mixture. Before the first `set`, and without a value at the beginning, the target is
-    the value at the start of the run.
+    new ones, never a mixture. If no value is given at first, the target is the value at the start of the run
+    until the first `set`.
     """
 
     def __init__(self, value: Value | None = None) -> None:
@@ -318,12 +320,12 @@ class Latest:
             self.set(value)
 
     def set(self, value: Value, velocity: ArrayLike | None = None) -> None:
-        """Move the target. Its task checks at the next tick that the value fits.
+        """Set a new value; the task checks at the next tick that it fits.
 
         Args:
             value: A pose, position [m] or rotation in the world, or a posture [rad, m].
-            velocity: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint velocities
-                [rad/s, m/s]. None: no feedforward.
+            velocity: Rate of the value: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
+                velocities (nv,) [rad/s, m/s]. None: no feedforward.
 
         Raises:
             InvalidValue: One of them is not numeric.
@@ -353,7 +355,7 @@ class Latest:
 
 
 def as_target(value: Target | Value | None) -> Target:
-    """Return the argument `target` of a task as a `Target`.
+    """Convert the argument `target` of a task to a `Target`.
 
     Args:
         value: A target, or a constant value; None stands for the value at the start of the run.

@@ -1,4 +1,4 @@
-"""Closed chains: a tree of joints whose loop is closed where two of its frames meet."""
+"""Closed chains, modelled as a tree of joints in which two frames must meet to close the loop."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,14 @@ from taskopt.kinematics.configuration import Configuration
 
 
 def loop_jacobian(configuration: Configuration, frame_a: str, frame_b: str, rows: Sequence[int]) -> Array:
-    """Compute the rows K = J_a − J_b that vanish along every motion that keeps a loop closed, K v = 0.
+    """Compute the matrix K = J_a − J_b of a loop; motions that keep the loop closed satisfy K v = 0.
 
     Args:
         configuration: The robot at q, with the loop closed.
         frame_a: Name of the frame at one side of the cut joint.
         frame_b: Name of the frame at the other side.
-        rows: Which rows the joint that was cut holds together: (0, 1) for a revolute joint of a chain in the
-            x-y plane, (0, 1, 2) for a ball joint, along the axes of the world.
+        rows: Indices of the rows, along the axes of the world, that the cut joint holds together: (0, 1) for
+            a revolute joint of a chain in the x-y plane, (0, 1, 2) for a ball joint.
 
     Returns:
         K (k, nv).
@@ -35,19 +35,20 @@ def loop_jacobian(configuration: Configuration, frame_a: str, frame_b: str, rows
 def transmission(closure: ArrayLike, actuated: Sequence[int]) -> Array:
     """Compute Υ, which maps velocities of the actuated joints to those of all joints, q̇_o = Υ q̇_a.
 
-    K_a q̇_a + K_u q̇_u = 0 gives ∂q_u/∂q_a = −K_u⁻¹ K_a.
+    With the columns K_a of the actuated joints and K_u of the others, K_a q̇_a + K_u q̇_u = 0 gives
+    ∂q_u/∂q_a = −K_u⁻¹ K_a.
 
     Args:
         closure: K (k, n), see `loop_jacobian`.
         actuated: Indices of the velocities that are actuated; there are n − rank K of them.
 
     Returns:
-        Υ (n, len(actuated)), its rows in the order of the robot's velocities; those of actuated joints hold
-        the identity.
+        Υ (n, len(actuated)), its rows in the order of the robot's velocities; the rows of the actuated joints
+        form the identity.
 
     Raises:
         InvalidValue: The actuated joints do not determine the others, as at a dead centre; or there are too
-            many, so that the loop would hold them against each other.
+            many of them, so that the loop would couple them.
 
     Source:
         Equations (3.117), (3.118) and (3.119).
@@ -75,17 +76,17 @@ def transmission(closure: ArrayLike, actuated: Sequence[int]) -> Array:
 
 
 def actuated_torques(transmission: ArrayLike, torques: ArrayLike) -> Array:
-    """Compute the torques of the actuated joints that do the work of torques at all joints, τ_a = Υᵀ τ_o.
+    """Compute the torques of the actuated joints that replace torques at all joints, τ_a = Υᵀ τ_o.
 
     Args:
         transmission: Υ (n, a), see `transmission`.
-        torques: τ_o (n,) of the open tree, such as Jᵀ γ [N m].
+        torques: Torques τ_o (n,) at the joints of the open tree, such as Jᵀ γ [N m].
 
     Returns:
         τ_a (a,) [N m].
 
     Raises:
-        InvalidValue: Υ is no matrix of finite numbers, or τ_o does not fit it.
+        InvalidValue: Υ is not a matrix of finite numbers, or τ_o does not fit it.
 
     Source:
         Equations (3.120) and (3.121).

@@ -1,7 +1,7 @@
 """Manipulability ellipsoids of velocity and of force, and the transformation ratios along a direction.
 
-Rows of metres and of radians do not compare: give the linear or the angular rows of a Jacobian, and draw an
-ellipsoid for each.
+Metres and radians cannot be compared: give either the linear or the angular rows of a Jacobian, and compute
+one ellipsoid for each.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from taskopt.hierarchy.tolerances import JACOBIAN_RANK
 
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
-    """The surface Σ (u_iᵀ x / s_i)² = 1.
+    """An ellipsoid, the surface of all x with Σ (u_iᵀ x / s_i)² = 1.
 
     Attributes:
         axes: (m, m) unit vectors u_i in the columns.
@@ -32,7 +32,7 @@ class Ellipsoid:
             directions: y (k, m), unit vectors in the coordinates of the axes.
 
         Returns:
-            (k, m).
+            Points x (k, m), in the unit of the semi-axes.
 
         Raises:
             InvalidValue: The directions do not fit the ellipsoid.
@@ -48,9 +48,8 @@ def velocity_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipso
     flat.
 
     Args:
-        J: Rows of a Jacobian (m, n) in one unit.
-        limits: (n,) joint velocity that counts as 1 for each joint, such as its limit [rad/s, m/s]; default:
-            1 for all.
+        J: Rows of a Jacobian (m, n) in one unit. limits: (n,) for each joint the velocity by which its
+            velocity is divided before the norm is taken, such as its limit [rad/s, m/s]; default: 1 for all.
 
     Returns:
         The ellipsoid, semi-axes in falling order [m/s] or [rad/s].
@@ -73,8 +72,8 @@ def force_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipsoid:
 
     Args:
         J: Rows of a Jacobian (m, n) in one unit.
-        limits: (n,) joint torque that counts as 1 for each joint, such as its limit [N m, N]; default: 1 for
-            all.
+        limits: (n,) for each joint the torque by which its torque is divided before the norm is taken, such
+            as its limit [N m, N]; default: 1 for all.
 
     Returns:
         The ellipsoid, semi-axes in rising order [N] or [N m].
@@ -93,7 +92,7 @@ def force_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipsoid:
 
 
 def force_ratio(J: ArrayLike, direction: ArrayLike) -> float:
-    """Compute α = (uᵀ J Jᵀ u)^(−1/2): how far the force ellipsoid reaches along u.
+    """Compute the extent of the force ellipsoid along a direction u, α = (uᵀ J Jᵀ u)^(−1/2).
 
     Args:
         J: Rows of a Jacobian (m, n) in one unit.
@@ -114,7 +113,7 @@ def force_ratio(J: ArrayLike, direction: ArrayLike) -> float:
 
 
 def velocity_ratio(J: ArrayLike, direction: ArrayLike) -> float:
-    """Compute β = (uᵀ (J Jᵀ)⁻¹ u)^(−1/2): how far the velocity ellipsoid reaches along u.
+    """Compute the extent of the velocity ellipsoid along a direction u, β = (uᵀ (J Jᵀ)⁻¹ u)^(−1/2).
 
     Args:
         J: Rows of a Jacobian (m, n) in one unit.
@@ -147,7 +146,7 @@ def _axes(J: Array) -> tuple[Array, Array]:
 
 
 def _scale(limits: ArrayLike | None, n: int) -> Array:
-    """Return the joint velocity or torque (n,) that counts as 1."""
+    """Return the joint velocities or torques (n,) by which those of the joints are divided."""
     if limits is None:
         return np.ones(n)
     scale = finite("limits", limits, (n,))

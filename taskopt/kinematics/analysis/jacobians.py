@@ -1,8 +1,8 @@
-"""Geometric Jacobians of any point in any frame, analytical Jacobians, and how both change along a motion.
+"""Geometric Jacobians of any point in any frame, analytical Jacobians, and their derivatives along a motion.
 
 The geometric Jacobian J maps v (nv,) to the velocity (ṗ, ω) of a point, the analytical one J_A to (ṗ, φ̇)
-with Euler angles φ. In a formula with a rotation as its error, as those of the tasks of a frame, J belongs;
-where angles are given and integrated, J_A does.
+with Euler angles φ. Use J where the error is a rotation, as in the tasks of a frame, and J_A where Euler
+angles are given and integrated.
 """
 
 import numpy as np
@@ -20,14 +20,15 @@ def geometric_jacobian(
 ) -> Array:
     """Compute the geometric Jacobian of a point of the structure: (ṗ, ω) = J v.
 
-    A column of a revolute joint is (z × (p − p_joint), z), one of a prismatic joint (z, 0).
+    With z the axis of a joint in the world, the column of a revolute joint is (z × (p − p_joint), z), and
+    that of a prismatic joint is (z, 0).
 
     Args:
         configuration: The robot at q.
         frame: Name of the frame that carries the point.
-        point: Where the point is in that frame, (3,) [m]. Default: the origin of the frame.
-        expressed_in: Name of the frame u along whose axes the rows are taken, J^u = diag(Rᵘ, Rᵘ) J. The
-            velocity remains that with respect to the world. Default: the axes of the world.
+        point: Position of the point in that frame, (3,) [m]. Default: the origin of the frame.
+        expressed_in: Name of the frame u whose axes are those of the rows, J^u = diag(Rᵘ, Rᵘ) J. The velocity
+            remains that relative to the world. Default: the axes of the world.
 
     Returns:
         J (6, nv): velocity of the point [m/s per unit of v], then angular velocity [rad/s per unit of v].
@@ -52,13 +53,13 @@ def geometric_jacobian_rate(
 ) -> Array:
     """Compute the derivative of the geometric Jacobian along a motion, J̇ = Σ_k ∂J/∂q_k v_k.
 
-    The acceleration of the point and of its frame is J v̇ + J̇ v.
+    The acceleration of the point (linear) and of its frame (angular) is J v̇ + J̇ v.
 
     Args:
         configuration: The robot at q.
         frame: Name of the frame that carries the point.
         v: Velocity of the robot (nv,) [rad/s, m/s].
-        point: Where the point is in the frame, (3,) [m]. Default: the origin of the frame.
+        point: Position of the point in that frame, (3,) [m]. Default: the origin of the frame.
 
     Returns:
         J̇ (6, nv), along the axes of the world.

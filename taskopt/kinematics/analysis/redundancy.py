@@ -17,14 +17,15 @@ _CORRECTIONS = 20  # Newton steps back to the pose after each step along the nul
 
 @dataclass(frozen=True, eq=False)
 class Subspaces:
-    """Orthonormal bases of the four subspaces of a matrix J (m, n), each basis in the columns.
+    """Orthonormal bases of the four subspaces of a matrix J (m, n); the columns of each array are a basis.
 
-    The range of J and the null space of Jᵀ span all velocities and all forces of the frame; the null space of
-    J and the range of Jᵀ span all velocities and all torques of the joints.
+    The range of J and the null space of Jᵀ together span the space of velocities and of forces of the frame.
+    The null space of J and the range of Jᵀ together span the space of velocities and of torques of the
+    joints.
 
     Attributes:
         range: (m, rank) velocities that the joints can produce, R(J).
-        null: (n, n − rank) joint velocities that produce none, N(J).
+        null: (n, n − rank) joint velocities that produce no velocity of the frame, N(J).
         range_of_transpose: (n, rank) torques that balance forces, R(Jᵀ).
         null_of_transpose: (m, m − rank) forces that need no torque, N(Jᵀ).
 
@@ -52,8 +53,8 @@ def subspaces(J: ArrayLike, tolerance: float = JACOBIAN_RANK) -> Subspaces:
     """Compute bases of the range and the null space of a matrix and of its transpose.
 
     Args:
-        J: Any matrix (m, n). Rows that a task does not specify are left out of it: an arm that is not
-            redundant for six rows may be for two, which is functional redundancy.
+        J: Matrix (m, n). Leave out rows that a task does not specify: an arm that is not redundant for six
+            rows may be redundant for two of them, which is called functional redundancy.
         tolerance: Singular value, relative to the largest, below which a direction counts as lost.
 
     Returns:
@@ -79,19 +80,19 @@ def internal_motion(
     length: float = 1.0,
     step: float = 0.02,
 ) -> Array:
-    """Sample a motion of the structure that leaves a frame where it is.
+    """Sample an internal motion of the robot, during which a frame stays in place.
 
     Each step goes along N(J), and Newton's method then brings the frame back to its pose.
 
     Args:
         configuration: The robot at the first posture.
         frame: Name of the frame that does not move.
-        rows: Which rows of its velocity are held: 0, 1, 2 for x, y, z and 3, 4, 5 for the rotations about
-            them, in the axes of the world. Rows that are left out may move.
+        rows: Indices of the rows of its velocity that are zero: 0, 1, 2 for x, y, z and 3, 4, 5 for the
+            rotations about them, along the axes of the world. The frame may move along the other rows.
         toward: Joint velocities q̇₀ (nv,) whose part in N(J) is followed. Default: the first null direction,
             in the sense that increases its largest entry.
-        length: How far to go [rad, m, as the joints], measured along v.
-        step: Length of one step.
+        length: Length of the path in the space of the joints [rad, m].
+        step: Length of one step [rad, m].
 
     Returns:
         Postures (k, nq), the first one included.

@@ -1,4 +1,4 @@
-"""Kinematic singularities: rank and lost directions, arm and wrist apart, boundary or internal, maps."""
+"""Kinematic singularities: rank, lost directions, arm and wrist singularities, their kind, and maps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ Kind = Literal["regular", "boundary", "internal"]
 
 @dataclass(frozen=True, eq=False)
 class Singularity:
-    """Distance of a Jacobian J (m, n) from a loss of rank, and the directions that are lost.
+    """The distance of a Jacobian J (m, n) from a loss of rank, and the directions that are lost.
 
     Attributes:
-        rank: Number of velocities that can be chosen freely.
-        singular_values: (min(m, n),) of J, in falling order.
+        rank: Rank of J: the number of independent directions in which the frame can move.
+        singular_values: Singular values of J, (min(m, n),), in falling order.
         lost: (m, m − rank) unit vectors in the columns: directions in which the frame cannot move.
         idle: (n, n − rank) unit vectors in the columns: joint motions that do not move the frame.
     """
@@ -46,7 +46,7 @@ class Singularity:
 
     @property
     def ratio(self) -> float:
-        """σ_r/σ_1, the inverse of the condition number: 1 where the frame moves alike in all directions."""
+        """Ratio σ_r/σ_1, the inverse of the condition number; 1 where all directions are equally fast."""
         largest = float(self.singular_values[0])
         return self.distance / largest if largest > 0.0 else 0.0
 
@@ -60,11 +60,12 @@ def find_singularity(J: ArrayLike, tolerance: float = JACOBIAN_RANK) -> Singular
     """Analyse a Jacobian: its rank, its distance from singularity, and the directions that are lost.
 
     Args:
-        J: Rows that matter, (m, n). Metres and radians do not compare, so give rows of one unit.
+        J: The rows of a Jacobian that matter, (m, n). Metres and radians cannot be compared, so give rows of
+            one unit.
         tolerance: Singular value, relative to the largest, below which a direction counts as lost.
 
     Returns:
-        What was found.
+        Rank, singular values, lost directions, and joint motions that do not move the frame.
 
     Raises:
         InvalidValue: J is no matrix of finite numbers.
@@ -82,10 +83,10 @@ class Decoupling:
     """The Jacobian of a frame at the wrist centre, in blocks [[arm, 0], [coupling, wrist]].
 
     Attributes:
-        arm: J₁₁ (3, n − 3): velocity of the wrist centre by the joints before the wrist.
-        coupling: J₂₁ (3, n − 3): angular velocity by the same joints.
-        wrist: J₂₂ (3, 3): angular velocity by the wrist.
-        centre: (3,) [m] where the wrist axes meet, in the world.
+        arm: J₁₁ (3, n − 3): velocity of the wrist centre that the joints before the wrist cause.
+        coupling: J₂₁ (3, n − 3): angular velocity that the same joints cause.
+        wrist: J₂₂ (3, 3): angular velocity that the wrist joints cause.
+        centre: (3,) [m] point where the wrist axes meet, in the world.
     """
 
     arm: Array
@@ -107,10 +108,10 @@ class Decoupling:
 
 
 def decouple(configuration: Configuration, frame: str) -> Decoupling:
-    """Split the Jacobian of a frame into those of arm and wrist, det J = det J₁₁ det J₂₂.
+    """Split the Jacobian of a frame into those of arm and wrist, with det J = det J₁₁ det J₂₂.
 
-    The last three joints must be revolute, with axes that meet in a point, the wrist centre. With the frame
-    moved there, the wrist produces no linear velocity, and the block J₁₂ is zero.
+    The last three joints must be revolute, with axes that meet in a point, the wrist centre. For a frame at
+    that point the wrist causes no linear velocity, so that the block J₁₂ is zero.
 
     Args:
         configuration: The robot at q.
@@ -121,7 +122,7 @@ def decouple(configuration: Configuration, frame: str) -> Decoupling:
 
     Raises:
         UnknownName: The robot lacks the frame.
-        InvalidValue: The last three joints that move the frame are no spherical wrist, or fewer than six
+        InvalidValue: The last three joints that move the frame are not a spherical wrist, or fewer than six
             joints move it.
 
     Source:
@@ -144,7 +145,7 @@ def decouple(configuration: Configuration, frame: str) -> Decoupling:
 
 
 def _meeting_point(axes: Array, velocities: Array, frame: str) -> Array:
-    """Return the point (3,) [m], relative to the frame, that no wrist joint moves.
+    """Return the point (3,) [m], relative to the frame's origin, that no wrist joint moves.
 
     A joint moves the point r by its velocity of the frame's origin plus z × r = −S(r) z.
     """
@@ -162,10 +163,10 @@ def _meeting_point(axes: Array, velocities: Array, frame: str) -> Array:
 def classify_singularity(configuration: Configuration, frame: str, rows: Sequence[int]) -> Kind:
     """Tell whether a frame is at a boundary singularity, at an internal one, or at none.
 
-    To first order the frame cannot move along the lost direction u. To second order the joint motions δ that
-    do not move it displace it by ½ δᵀ H δ along u, with H = Σ u_i ∂²x_i/∂q². If all of them displace it to
-    the same side, the arm is stretched out or folded, and the frame cannot pass: a boundary. If they displace
-    it to both sides or not at all, the frame is inside what the arm can reach.
+    To first order the frame cannot move along the lost direction u. Joint motions δ in the null space of J
+    displace it along u to second order only, by ½ δᵀ H δ with H = Σ u_i ∂²x_i/∂q². If all of them displace it
+    to the same side, the arm is stretched out or folded, and the frame is at a boundary that it cannot cross.
+    If they displace it to both sides or not at all, the frame is in the interior of the workspace.
 
     Args:
         configuration: The robot at q.
@@ -174,13 +175,14 @@ def classify_singularity(configuration: Configuration, frame: str, rows: Sequenc
             of the world.
 
     Returns:
-        "regular", "boundary" or "internal". It is a local statement: another posture may reach beyond.
+        "regular", "boundary" or "internal". The statement is local: in another posture the robot may reach
+        beyond the boundary.
 
     Raises:
         UnknownName: The robot lacks the frame.
 
     Source:
-        Sect. 3.3; the criterion of second order is ours.
+        Sect. 3.3; the criterion of second order is our own.
     """
     kept = list(rows)
     bases = subspaces(configuration.jacobian(frame)[kept])
@@ -206,8 +208,8 @@ class WorkspaceMap:
 
     Attributes:
         q: Postures, (k, nq) [rad, m].
-        points: Where the frame is, (k, 3) [m] in the world.
-        singular_values: (k, r) of the chosen rows of its Jacobian, in falling order.
+        points: Positions of the frame, (k, 3) [m] in the world.
+        singular_values: Singular values of the chosen rows of its Jacobian, (k, r), in falling order.
     """
 
     q: Array
@@ -228,21 +230,21 @@ class WorkspaceMap:
 def workspace_map(
     robot: Robot, frame: str, rows: Sequence[int] = (0, 1, 2), count: int = 4096, seed: int = 0
 ) -> WorkspaceMap:
-    """Sample postures all over the joint ranges, and measure the distance from singularity at each.
+    """Sample postures over all joint ranges, and measure the distance from singularity at each.
 
     Args:
         robot: The robot.
         frame: Name of the frame.
-        rows: Rows of its velocity that matter, along the axes of the world.
-        count: Number of postures; powers of two spread most evenly.
-        seed: Of the quasi-random sequence of Sobol.
+        rows: Indices of the rows of its velocity that matter, along the axes of the world.
+        count: Number of postures; a power of two covers the ranges most evenly.
+        seed: Seed of the quasi-random sequence of Sobol.
 
     Returns:
         The map.
 
     Raises:
         UnknownName: The robot lacks the frame.
-        InvalidValue: A joint without limits is not a revolute one, or joints have quaternions.
+        InvalidValue: A prismatic joint has no limits, or a joint has a quaternion.
     """
     lower, upper = robot.position_lower.copy(), robot.position_upper.copy()
     if robot.nq != robot.nv:

@@ -1,7 +1,7 @@
-"""Statics: torques that balance forces, and how velocities and forces change from frame to frame.
+"""Statics: torques that balance forces, and transforms of velocities and forces between frames.
 
-A wrench γ = (f, μ) is a force [N] and a moment [N m], the force first, as a twist has the linear velocity
-first. Its moment is taken about the origin of the frame that it acts on.
+A wrench γ = (f, μ) has the force f [N] first and the moment μ [N m] second, in the order of a twist, whose
+linear velocity is first. The moment is taken about the origin of the frame on which the wrench acts.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from taskopt.kinematics.pose import checked_pose
 def joint_torques(J: ArrayLike, wrench: ArrayLike) -> Array:
     """Compute the joint torques that hold a robot in equilibrium against a wrench, τ = Jᵀ γ.
 
-    They do the same virtual work, τᵀ δq = γᵀ J δq for every δq. Wrenches of the null space of Jᵀ need no
-    torque (`Subspaces.null_of_transpose`): the structure bears them.
+    Torques and wrench do the same virtual work, τᵀ δq = γᵀ J δq for every δq. Wrenches of the null space of
+    Jᵀ need no torque (`Subspaces.null_of_transpose`): the structure bears them.
 
     Args:
-        J: Geometric Jacobian (m, n) of the frame that the robot acts with, along the axes of γ.
+        J: Geometric Jacobian (m, n) of the frame at which the robot exerts the wrench, along the axes of γ.
         wrench: γ (m,) that the frame exerts on its environment [N, N m].
 
     Returns:
@@ -35,7 +35,7 @@ def joint_torques(J: ArrayLike, wrench: ArrayLike) -> Array:
 
 
 def velocity_transform(pose: ArrayLike) -> Array:
-    """Compute the matrix that leads from the velocity of frame 1 to that of frame 2 on the same body.
+    """Compute the matrix J₁² that maps the velocity of frame 1 to that of frame 2 on the same body.
 
     With r the origin of frame 2 in frame 1, v₂² = [[R₁², −R₁² S(r)], [0, R₁²]] v₁¹, each velocity along the
     axes of its own frame.
@@ -61,15 +61,16 @@ def velocity_transform(pose: ArrayLike) -> Array:
 
 
 def force_transform(pose: ArrayLike) -> Array:
-    """Compute the matrix that leads from a wrench at frame 2 to the same wrench at frame 1.
+    """Compute the matrix (J₁²)ᵀ that maps a wrench at frame 2 to the same wrench at frame 1.
 
-    γ₁¹ = (J₁²)ᵀ γ₂², which is [[R₂¹, 0], [S(r) R₂¹, R₂¹]]: power is the same in both frames.
+    γ₁¹ = (J₁²)ᵀ γ₂² with (J₁²)ᵀ = [[R₂¹, 0], [S(r) R₂¹, R₂¹]], since the power is the same in both frames. r
+    is the origin of frame 2 in frame 1.
 
     Args:
         pose: (4, 4) pose of frame 2 in frame 1 [m].
 
     Returns:
-        (6, 6).
+        (J₁²)ᵀ (6, 6).
 
     Raises:
         InvalidValue: The pose is none.

@@ -1,4 +1,4 @@
-"""Pairs of shapes that are near each other in every posture: proven from lengths, not sampled."""
+"""Pairs of shapes that are near each other in every posture, as a bound from lengths of links proves."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -34,12 +34,12 @@ def always_near(
     Args:
         robot: The robot.
         solids: Its shapes as convex solids.
-        pairs: Places of the two shapes of each pair.
-        clearance: [m].
+        pairs: Indices in `solids` of the two shapes of each pair.
+        clearance: Largest distance of the pairs that are searched for [m].
 
     Returns:
-        The pairs for which the right-hand side is at most the clearance. Others may be near in every posture,
-        too.
+        The pairs for which the right-hand side is at most the clearance. Other pairs may be near in every
+        posture, too, since the bound is not exact.
     """
     chains = _Chains(robot)
     shapes = list(solids.geometryObjects)
@@ -57,10 +57,10 @@ def always_near(
 
 
 class _Chains:
-    """The joints between two bodies of a robot, as lengths."""
+    """The lengths between joints along the chains that connect the bodies of a robot."""
 
     def __init__(self, robot: Robot) -> None:
-        """Copy what is needed of a robot's tree."""
+        """Copy the parents and placements of the joints of a robot."""
         self._supports = [list(support) for support in robot.model.supports]
         self._origins = np.array([place.translation for place in robot.model.jointPlacements])
         self._slides = [0.0] + [_slide(robot, joint) for joint in range(1, len(self._supports))]
@@ -79,7 +79,7 @@ class _Chains:
 
 
 def _slide(robot: Robot, joint: int) -> float:
-    """Bound how far the origin of a joint can be from its place on the link before [m]."""
+    """Return a bound [m] on the displacement of a joint's origin from its place on the link before."""
     known = robot.model.joints[joint]
     columns = range(known.idx_v, known.idx_v + known.nv)
     slides = [k for k in columns if robot.coordinate_units[k] == "m"]
@@ -87,7 +87,7 @@ def _slide(robot: Robot, joint: int) -> float:
 
 
 def _signed_distance(shape: GeometryObject, point: Array) -> float:
-    """Return the signed distance [m] of a solid from a point in the frame of its joint."""
+    """Return the signed distance [m] between a solid and a point (3,) in the frame of its joint."""
     pose = coal.Transform3s(shape.placement.rotation, shape.placement.translation)
     place, ball = coal.Transform3s(np.eye(3), point), coal.Sphere(_POINT)
     request, result = coal.DistanceRequest(), coal.DistanceResult()

@@ -17,10 +17,10 @@ from taskopt.kinematics.robot.robot import Robot
 
 @dataclass(frozen=True)
 class PairChoice:
-    """Pairs of shapes of a robot, and those that were left out, with the reason; `str` says how many.
+    """Pairs of shapes that are kept apart, and those left out with the reason; `str` gives the numbers.
 
     Attributes:
-        pairs: Places of the two shapes of each pair in `robot.geometry`.
+        pairs: Indices in `robot.geometry` of the two shapes of each pair.
         total: Number of all pairs of shapes of the robot.
         left_out: For each reason, the pairs that it left out, in the order in which the reasons were applied.
     """
@@ -40,18 +40,18 @@ class PairChoice:
 def choose_pairs(robot: Robot, clearance: float = 0.0, sampled: int = 0, seed: int = 0) -> PairChoice:
     """Choose the pairs of shapes of a robot that can and must be kept apart.
 
-    Left out are, in this order: pairs on one body, that is on links which fixed joints join; pairs of
-    neighbours, that is of a body and the next one towards the root that has shapes; pairs that the robot
-    disables, as by its SRDF; and pairs that are proven to be within the clearance in every posture
-    (`always_near`). Only if asked for: pairs that are within the clearance in all of some random postures,
-    drawn within the position limits, and in all named ones. A sample proves nothing, so the sentence says how
-    many postures there were, and how far apart these pairs came.
+    These pairs are left out, in this order: pairs on one body, which are on links that fixed joints connect;
+    pairs of neighbours, which are on a body and on the next body towards the root that has shapes; pairs that
+    the robot disables, for example by its SRDF; and pairs that are proven to be within the clearance in every
+    posture (`always_near`). If `sampled` is not 0, pairs are left out, too, that are within the clearance in
+    all named postures and in that number of random postures within the position limits. A sample proves
+    nothing, so that the reason states the number of postures and the largest distance of these pairs.
 
     Args:
         robot: The robot.
-        clearance: Distance [m] that must be possible.
-        sampled: Number of random postures; 0 does without.
-        seed: Of the random postures.
+        clearance: Distance [m] that a pair must be able to reach.
+        sampled: Number of random postures; 0 tries none.
+        seed: Seed of the random postures.
 
     Returns:
         The pairs, in the order of the robot's own pairs if it has any.
@@ -84,18 +84,18 @@ def choose_pairs(robot: Robot, clearance: float = 0.0, sampled: int = 0, seed: i
 
 
 def named_choice(robot: Robot, names: Iterable[tuple[str, str]]) -> PairChoice:
-    """Choose the pairs of shapes of pairs of links.
+    """Choose all pairs of shapes of given pairs of links.
 
     Args:
         robot: The robot.
-        names: Names of links, two and two.
+        names: Pairs of names of links.
 
     Returns:
         These pairs; all others are left out.
 
     Raises:
         UnknownName: No link with a shape has that name.
-        InvalidValue: An entry is no pair of names, or its links move as one.
+        InvalidValue: An entry is not a pair of names, or its two links move as one body.
     """
     pairs, count = named_pairs(robot, names), len(robot.geometry.geometryObjects)
     chosen = {frozenset(pair) for pair in pairs}
@@ -104,7 +104,7 @@ def named_choice(robot: Robot, names: Iterable[tuple[str, str]]) -> PairChoice:
 
 
 def _next_towards_root(robot: Robot, joints: Iterable[int]) -> dict[int, int]:
-    """Return the next joint towards the root that carries shapes, or the world, for each that does."""
+    """Map each joint that carries shapes to the next such joint towards the root, or to the world."""
     parents, carrying = list(robot.model.parents), set(joints)
     above = {}
     for joint in carrying - {0}:
@@ -118,7 +118,7 @@ def _next_towards_root(robot: Robot, joints: Iterable[int]) -> dict[int, int]:
 def _sampled(
     robot: Robot, pairs: Sequence[SolidPair], clearance: float, count: int, seed: int
 ) -> tuple[str, tuple[SolidPair, ...]]:
-    """Return the pairs that are within `clearance` [m] in all postures tried, and the words that say so."""
+    """Return the pairs that are within `clearance` [m] in all postures tried, and a reason in words."""
     rng = np.random.default_rng(seed)
     apart = np.full(len(pairs), -np.inf)
     shapes, data = solid(robot.geometry), robot.model.createData()

@@ -12,7 +12,7 @@ from taskopt.kinematics.configuration import Configuration
 
 
 class Measured(NamedTuple):
-    """Distances of one tick, as copies that may be kept.
+    """Copies of the distances and nearest points of one tick.
 
     Attributes:
         distance: (P,) signed distance of each pair [m].
@@ -28,11 +28,12 @@ class Distances:
 
     ∂d/∂q = nᵀ(J₂ − J₁), with n the unit normal from the first solid to the second in the world, and J₁, J₂
     the Jacobians (3, nv) of the nearest points. Where several points are nearest, as between parallel faces,
-    d has a kink, and the gradient is that of one side.
+    d has a kink, and the gradient is the slope on one side of it.
 
     Attributes:
         collision: The P pairs.
-        distance: (P,) [m] as of the last `update`; where solids overlap, minus the depth.
+        distance: (P,) [m] as of the last `update`; negative where solids overlap, by the depth of the
+            overlap.
         gradient: (P, nv) ∂d/∂q [m/rad, 1] as of the last `update`.
 
     Source:
@@ -76,12 +77,12 @@ class Distances:
 def distances_into(contact, crossed, turn, J, distance, gradient):
     """Compute d = nᵀ(p₂ − p₁) and ∂d/∂q_k = ±(nᵀv_k + (p₁ × n)ᵀω_k) of all pairs.
 
-    Where n is zero, d is `crossed` and the gradient zero.
+    If n is zero, d is `crossed` and the gradient is zero.
 
     Args:
         contact: (P, 9) unit normal n, nearest points p₁ and p₂ [m], in the world.
-        crossed: (P,) distance of pairs without a normal [m].
-        turn: (P, nv) the sign: +1, −1, or 0 for velocities that do not change d.
+        crossed: (P,) distance of a pair whose n is zero [m].
+        turn: (P, nv) the sign ± of the formula: +1, −1, or 0 for velocities that do not change d.
         J: (6, nv) joint Jacobians at the origin of the world; column k is (v_k, ω_k).
         distance: (P,) receives d [m].
         gradient: (P, nv) receives ∂d/∂q.

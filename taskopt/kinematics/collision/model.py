@@ -23,16 +23,16 @@ _RESULT = 20  # floats in a coal::DistanceResult; its normal, first and second p
 class Collision:
     """Named pairs of convex solids; `update` measures all of them at once.
 
-    The distance of a pair is n · (p₂ − p₁), negative where the solids overlap. Where the cores of two
-    capsules cross, as they do in a planar arm, Coal finds no normal; n is then zero, and the distance is
+    The distance of a pair is n · (p₂ − p₁), negative where the solids overlap. If the axes of two capsules
+    cross, as they can in a planar arm, Coal finds no normal; n is then zero, and the distance is taken to be
     `crossed`.
 
     Attributes:
         robot: The robot.
-        names: (P) name of each pair, such as "panda_link5 – sphere".
+        names: Name of each pair (P of them), such as "panda_link5 – sphere".
         shapes: All solids (`pin.GeometryModel`), those of the robot first.
-        pairs: (P) places of the two solids of each pair in `shapes`.
-        joints: (P) indices of the joints that carry them, 0 for the world.
+        pairs: Indices in `shapes` of the two solids of each pair (P of them).
+        joints: Indices of the two joints that carry the solids of each pair (P of them), 0 for the world.
         contact: (P, 9) a view of Coal's memory: unit normal n from the first solid to the second, nearest
             point p₁ on the first and p₂ on the second, in the world [m].
         crossed: (P,) minus the sum of the radii of the two solids [m].
@@ -47,12 +47,12 @@ class Collision:
 
         Args:
             robot: The robot.
-            names: (P) name of each pair.
+            names: Name of each pair (P of them).
             shapes: All solids; the pairs are added to them.
-            pairs: (P) places of the two solids of each pair.
+            pairs: Indices in `shapes` of the two solids of each pair (P of them).
 
         Raises:
-            NotInstalled: This version of Coal lays out its results otherwise.
+            NotInstalled: This version of Coal has another layout of its results in memory.
         """
         self.robot, self.names, self.shapes, self.pairs = robot, tuple(names), shapes, tuple(pairs)
         for pair in pairs:
@@ -76,7 +76,7 @@ class Collision:
         Args:
             robot: The robot.
             obstacles: The obstacles; their names are numbered where several are the same.
-            links: Names of the links; default: all that move.
+            links: Names of the links; default: all links that move.
 
         Returns:
             The pairs, obstacle by obstacle.
@@ -101,7 +101,7 @@ class Collision:
 
         Args:
             robot: The robot.
-            pairs: Places of the two shapes of each pair in `robot.geometry`.
+            pairs: Indices in `robot.geometry` of the two shapes of each pair.
 
         Returns:
             The pairs in the order given.
@@ -114,7 +114,7 @@ class Collision:
         """Measure all pairs, into `contact`.
 
         Args:
-            data: `pin.Data` with the joints placed.
+            data: `pin.Data` in which the poses of the joints are up to date.
         """
         pin.updateGeometryPlacements(self.robot.model, data, self.shapes, self._data)
         pin.computeDistances(self.shapes, self._data)
@@ -149,9 +149,9 @@ class Collision:
             request.gjk_tolerance = asked
 
     def _contacts(self) -> Array:
-        """View the results of Coal as one array (P, 9); asked one by one they cost a microsecond each.
+        """View the results of Coal as one array (P, 9), since reading each alone takes a microsecond.
 
-        Raises `NotInstalled` if this version of Coal lays them out otherwise.
+        Raises `NotInstalled` if this version of Coal has another layout.
         """
         results = self._data.distanceResults
         if not self.pairs:

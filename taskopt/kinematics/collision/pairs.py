@@ -1,4 +1,4 @@
-"""Shapes of a robot by the names of their links, pairs of them, and random postures."""
+"""Shapes of a robot and pairs of shapes, found by the names of their links; and random postures."""
 
 import re
 from collections import Counter
@@ -14,18 +14,18 @@ SolidPair = tuple[int, int]  # places in robot.geometry.geometryObjects
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[SolidPair, ...]:
-    """Find the pairs of shapes of pairs of links.
+    """Find all pairs of shapes of given pairs of links.
 
     Args:
         robot: The robot.
-        names: Names of links, two and two.
+        names: Pairs of names of links.
 
     Returns:
-        Places of the two shapes of each pair in `robot.geometry`.
+        Indices in `robot.geometry` of the two shapes of each pair.
 
     Raises:
         UnknownName: No link with a shape has that name.
-        InvalidValue: An entry is no pair of names, or its links move as one.
+        InvalidValue: An entry is not a pair of names, or its two links move as one body.
     """
     shapes = robot.geometry.geometryObjects
     out = []
@@ -46,10 +46,10 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
 
     Args:
         robot: The robot.
-        links: Names of links, or one name; None: all that move.
+        links: Names of links, or one name; None: all links that move.
 
     Returns:
-        Places of the shapes in `robot.geometry`.
+        Indices of the shapes in `robot.geometry`.
 
     Raises:
         UnknownName: No link with a shape has that name.
@@ -75,7 +75,7 @@ def link_of(shape: str) -> str:
     """Return the name of the link to which a shape belongs.
 
     Args:
-        shape: Name of the shape. Those of one link are named link_0, link_1, ….
+        shape: Name of the shape, which is that of its link with a number, as in link_0 and link_1.
 
     Returns:
         The name of the link.
@@ -100,8 +100,8 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
 def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
     """Draw a posture uniformly from the position limits of a robot.
 
-    A coordinate without limits is drawn from 2π rad or 2π m around zero, and one with a single limit from a
-    range of that size beside it.
+    A coordinate without limits is drawn from [−π, π] rad or m, a coordinate with only a lower limit from the
+    2π above that limit, and one with only an upper limit from the π below it.
 
     Args:
         robot: The robot.

@@ -1,4 +1,4 @@
-"""Bounds on what one step of a robot does to the distances between its shapes."""
+"""Bounds on the changes of distances between shapes during one step of a robot."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -17,12 +17,12 @@ _TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] the most that a distance
 
 
 class StepLosses(NamedTuple):
-    """Upper bounds on how one step changes each distance, for speeds |v_k| ≤ s v̄_k with the nominal speeds v̄.
+    """Upper bounds on changes of distances in one step with speeds |v_k| ≤ s v̄_k, v̄ the nominal speeds.
 
     Attributes:
-        travel: (P,) [m] bound on Δt |∇d·v| at s = 1; it grows as s.
-        jump: (P,) [m] linear part of the error of the linearised distance at s = 1; it grows as s.
-        bend: (P,) [m] quadratic part of that error at s = 1; it grows as s².
+        travel: (P,) [m] bound on Δt |∇d·v| at s = 1; it is proportional to s.
+        jump: (P,) [m] linear part of the error of the linearised distance at s = 1; it is proportional to s.
+        bend: (P,) [m] quadratic part of that error at s = 1; it is proportional to s².
     """
 
     travel: Array
@@ -31,11 +31,11 @@ class StepLosses(NamedTuple):
 
 
 class Core(NamedTuple):
-    """A solid as core ⊕ ball, see `geometry.coal.core`.
+    """A solid as the sum core ⊕ ball, see `geometry.coal.core`.
 
     Attributes:
-        diameter: Of the core [m].
-        radius: Of the ball [m].
+        diameter: Diameter of the core [m].
+        radius: Radius of the ball [m].
     """
 
     diameter: float
@@ -43,7 +43,7 @@ class Core(NamedTuple):
 
 
 def nominal_speeds(robot: Robot) -> Array:
-    """Return the speeds for which distance limits make room.
+    """Return the nominal speeds v̄, for which distance limits keep a reserve.
 
     Args:
         robot: The robot.
@@ -94,28 +94,28 @@ def between(collision: Collision) -> Between:
 
 
 def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
-    """Bound what one step at the nominal speeds does to each distance.
+    """Compute bounds on the change of each distance in one step at the nominal speeds.
 
     `travel` bounds the first-order change Δt Σ |v_k| ρ_k, where no point of the first solid can be farther
     than ρ_k from joint k. The linearised distance d + Δt ∇dᵀv overstates the true one by at most
     s · jump + s² · bend at s times these speeds, for pairs nearer than `within`.
 
-    The reason: a plane that separates the solids and moves with one of them separates them as long as no
-    point of the other crosses it. A point x that is not the nearest point p moves by ω × (x − p) more, hence
-    jump = Δt Ω ℓ, with Ω = Σ |v_k| over turning joints and ℓ the diameter of the other solid's core (zero for
-    a sphere). At constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (twice that for sliding joints,
-    because of Coriolis terms), and bend is ½ Δt² times this.
+    The reason is this. A plane that separates the solids and moves with one of them separates them as long as
+    no point of the other crosses it. Compared with the nearest point p, another point x moves by ω × (x − p)
+    more, hence jump = Δt Ω ℓ, with Ω = Σ |v_k| over turning joints and ℓ the diameter of the other solid's
+    core (zero for a sphere). At constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (twice that for
+    sliding joints, because of Coriolis terms), and bend is ½ Δt² times this.
 
     Args:
         collision: The P pairs.
         dt: Δt [s].
-        within: [m], distance up to which the bounds must hold.
+        within: Distance up to which the bounds must hold [m].
 
     Returns:
         The three bounds.
 
     Raises:
-        InvalidValue: a sliding joint between two solids has no position limit.
+        InvalidValue: A sliding joint between two solids has no position limit.
     """
     known = [Core(*core(shape)) for shape in collision.shapes.geometryObjects]
     out = [
@@ -148,7 +148,7 @@ def _losses(
 
 
 def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
-    """Bound the distances (nv,) [m] of points of the first solid from each joint between the two."""
+    """Return bounds (nv,) [m] on distances of the first solid's points from the joints between the two."""
     first, second = collision.joints[pair]
     shape = collision.shapes.geometryObjects[collision.pairs[pair][0]]
     mine, theirs = (list(robot.model.supports[joint]) for joint in (first, second))
@@ -180,7 +180,7 @@ def _write(robot: Robot, out: Array, joint: int, value: float) -> None:
 
 
 def _link_length(robot: Robot, joint: int) -> float:
-    """Bound the distance [m] from the origin of the joint before to that of this one."""
+    """Return a bound [m] on the distance from the origin of the joint before to that of this one."""
     known = robot.model.joints[joint]
     length = float(np.linalg.norm(robot.model.jointPlacements[joint].translation))
     for column in range(known.idx_v, known.idx_v + known.nv):

@@ -1,4 +1,4 @@
-"""Solid shapes: obstacles as plain numbers in `shapes`, every shape in Coal's form in `coal`."""
+"""Solid shapes: `shapes` declares obstacles by plain numbers, and `coal` makes shapes of Coal."""
 
 from taskopt.kinematics.geometry.shapes import Box as Box
 from taskopt.kinematics.geometry.shapes import Capsule as Capsule

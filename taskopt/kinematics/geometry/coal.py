@@ -1,4 +1,4 @@
-"""Solids in Coal's own form: links made in code, obstacles, convex hulls of meshes.
+"""Solids as shapes of Coal: capsules of links, obstacles, and convex hulls of meshes.
 
 This is the one module that knows Coal's shapes. Distances between solids are computed in
 `taskopt.kinematics.collision`.
@@ -42,7 +42,7 @@ def add_capsule(
         joint: Index of the joint that carries it.
         start: (3,) [m], one end of its segment, in the frame of the joint.
         stop: (3,) [m], the other end, in the frame of the joint.
-        radius: [m].
+        radius: Radius of the capsule [m].
     """
     a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
     placement = homogeneous(turning_z_to(b - a), 0.5 * (a + b))
@@ -53,14 +53,14 @@ def add_capsule(
 
 
 def obstacle_object(shape: Shape, name: str | None = None) -> GeometryObject:
-    """Make an obstacle a `pin.GeometryObject` that is fixed to the world.
+    """Make a `pin.GeometryObject` of an obstacle, fixed to the world.
 
     Args:
         shape: The obstacle.
         name: Name of the new object; default: the obstacle's own.
 
     Returns:
-        The object, for distances and for drawing.
+        The object, from which distances are computed and which a viewer draws.
     """
     out = pin.GeometryObject(name or shape.name, 0, pin.SE3(shape.pose), _form(shape))
     out.meshColor = _OBSTACLE_COLOUR
@@ -68,7 +68,7 @@ def obstacle_object(shape: Shape, name: str | None = None) -> GeometryObject:
 
 
 def _form(shape: Shape) -> CoalShape:
-    """Make Coal's shape of an obstacle, without its place."""
+    """Make Coal's shape of an obstacle, without its pose."""
     match shape:
         case Sphere():
             return coal.Sphere(shape.radius)
@@ -81,11 +81,11 @@ def _form(shape: Shape) -> CoalShape:
 
 
 def solid(shapes: GeometryModel) -> GeometryModel:
-    """Copy shapes as convex solids, without pairs.
+    """Copy shapes as convex solids, without pairs of shapes.
 
-    A mesh becomes its convex hull: as loaded it is a surface without an inside, and a shape deep in it
-    is at a positive distance. A cylinder becomes a prism around it, at most 0.2 % of its radius thicker:
-    where curved faces meet in an edge, Coal's gradients have errors of 1e-6.
+    A mesh becomes its convex hull, since a loaded mesh is a surface without an inside, and a shape deep
+    inside it has a positive distance. A cylinder becomes a prism around it, at most 0.2 % of its radius
+    thicker, since Coal's gradients have errors of 1e-6 where curved faces meet in an edge.
 
     Args:
         shapes: The shapes of a robot; they are not changed.
@@ -128,7 +128,7 @@ def _prism(radius: float, half_length: float) -> CoalShape:
 
 
 def exact(data: GeometryData) -> GeometryData:
-    """Ask Coal for distances as good as floats allow, with gradients to about 1e-9.
+    """Set Coal's tolerances to the accuracy of floats, which gives gradients to about 1e-9.
 
     Args:
         data: Memory of distance computations; its requests are changed in place.
@@ -143,7 +143,7 @@ def exact(data: GeometryData) -> GeometryData:
 
 
 def core(shape: GeometryObject) -> tuple[float, float]:
-    """Decompose a solid as core ⊕ ball.
+    """Decompose a solid into the sum core ⊕ ball: all points within a radius of a core.
 
     Args:
         shape: The solid.
@@ -164,7 +164,7 @@ def core(shape: GeometryObject) -> tuple[float, float]:
 
 
 def extent(shape: GeometryObject) -> float:
-    """Bound the distance of any point of a solid from the origin of its joint.
+    """Return a bound on the distance of any point of a solid from the origin of its joint.
 
     Args:
         shape: The solid.

@@ -20,7 +20,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball: all points within a radius of a centre. In the plane of a planar arm it is a disc.
+    """A ball, which consists of all points within a radius of a centre.
 
     Attributes:
         centre: (3,) [m], in the world.
@@ -45,7 +45,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Capsule:
-    """All points within a radius of a line segment.
+    """A capsule, which consists of all points within a radius of a line segment.
 
     Attributes:
         start: (3,) [m], one end of the segment, in the world.
@@ -82,7 +82,8 @@ class Box:
     """A box with three edge lengths.
 
     Attributes:
-        place: Its centre (3,) [m], edges then being along the axes of the world; or its pose (4, 4).
+        place: Its centre (3,) [m] in the world, with edges along the axes of the world; or its pose (4, 4) in
+            the world.
         size: (3,) [m], lengths of the edges along x, y and z of the box.
         name: Name in rows, pictures and logs.
     """
@@ -110,7 +111,7 @@ class Box:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points x of the world with nᵀx ≤ offset, such as a floor or a wall.
+    """A half-space such as a floor or a wall: all points x of the world with nᵀx ≤ offset.
 
     Attributes:
         normal: n (3,), pointing out of the solid, in the world; stored at length 1.
@@ -146,7 +147,7 @@ Shape = TypeAliasType("Shape", Sphere | Capsule | Box | HalfSpace)
 
 
 def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
-    """Return the obstacles as a tuple, after checking that there are some and that each is a shape.
+    """Check that there are obstacles and that each is a shape, and return them as a tuple.
 
     Args:
         obstacles: One obstacle, or several.
@@ -155,7 +156,7 @@ def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
         The obstacles in order.
 
     Raises:
-        InvalidValue: There is no obstacle, or something else than a shape among them.
+        InvalidValue: There is no obstacle, or one of them is not a shape.
     """
     out = (obstacles,) if isinstance(obstacles, SHAPES) else tuple(obstacles)
     for item in out or (None,):
@@ -167,7 +168,7 @@ def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
 
 
 def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
-    """Number the names of obstacles, so that rows, pictures and logs call each of them the same.
+    """Number the names of obstacles, so that each has one name in rows, pictures and logs.
 
     Args:
         obstacles: The obstacles of one limit, objective or scene, in order.
@@ -179,7 +180,7 @@ def obstacle_names(obstacles: Iterable[Shape]) -> list[str]:
 
 
 def named_apart(groups: Iterable[Iterable[Shape]]) -> list[tuple[Shape, ...]]:
-    """Name obstacles so that equal ones have one name, and different ones never have the same.
+    """Name obstacles so that equal obstacles share a name, and different obstacles do not.
 
     Args:
         groups: The obstacles of each limit and objective of a stack.
@@ -194,7 +195,7 @@ def named_apart(groups: Iterable[Iterable[Shape]]) -> list[tuple[Shape, ...]]:
 
 
 def turning_z_to(direction: Array) -> Array:
-    """Find a rotation that turns the z axis into a direction.
+    """Find a rotation that turns the z axis to a direction.
 
     Args:
         direction: (3,), of any length.

@@ -1,8 +1,8 @@
-"""Orientation: the operator S(ω), Euler angles, angle and axis, unit quaternions, and the errors of each.
+"""Orientation: the operator S(ω), Euler angles, angle and axis, unit quaternions, and their errors.
 
-Rotation matrices are (3, 3) and lead from the frame to the world, R = [n s a]. Angular velocities are in
-[rad/s] along the axes of the world. The rotation vector, which the tasks of a frame use, is in
-`taskopt.kinematics.pose`.
+Rotation matrices R = [n s a] are (3, 3) and map coordinates in the frame to coordinates in the world. Angular
+velocities are in [rad/s] along the axes of the world. The rotation vector, which the tasks of a frame use, is
+in `taskopt.kinematics.pose`.
 """
 
 from taskopt.kinematics.orientation.angle_axis import angle_axis as angle_axis

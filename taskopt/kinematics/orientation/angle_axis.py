@@ -11,10 +11,11 @@ def angle_axis(rotation: ArrayLike) -> tuple[float, Array]:
     """Compute the angle ϑ and the axis r of a rotation.
 
     Args:
-        rotation: R (3, 3). Between two frames it is R_d R_eᵀ, the rotation that is left to make.
+        rotation: R (3, 3); to compare two frames give R_d R_eᵀ, the rotation from the actual to the desired
+            orientation.
 
     Returns:
-        ϑ [rad] in [0, π], and the unit vector r (3,). Without a rotation r is (1, 0, 0).
+        ϑ [rad] in [0, π], and the unit vector r (3,). If R is the identity, r is (1, 0, 0).
 
     Raises:
         InvalidValue: The rotation is not 3×3 finite numbers.
@@ -30,8 +31,8 @@ def angle_axis(rotation: ArrayLike) -> tuple[float, Array]:
 def angle_axis_error(rotation: ArrayLike, desired: ArrayLike) -> Array:
     """Compute the orientation error e_O = r sin ϑ = ½ (n_e × n_d + s_e × s_d + a_e × a_d).
 
-    It points the right way for every ϑ, but beyond π/2 it becomes smaller as ϑ grows, and at ϑ = π it is
-    zero though the frames point in opposite directions.
+    The axis is right for every ϑ, but beyond π/2 the error becomes smaller as ϑ grows, and at ϑ = π it is
+    zero although the frames point in opposite directions.
 
     Args:
         rotation: R_e (3, 3), the orientation that the frame has.

@@ -1,4 +1,4 @@
-"""Euler angles as one type: any three successive rotations about axes of the current frame."""
+"""Euler angles: any set of three successive rotations about axes of the current frame."""
 
 from dataclasses import dataclass
 
@@ -69,14 +69,15 @@ class EulerAngles:
     def angles(self, rotation: ArrayLike, near: ArrayLike | None = None) -> Array:
         """Compute the angles of a rotation matrix.
 
-        Every rotation has two sets of angles, and each angle is free by turns of 2π. Without `near`, ϑ is in
-        [0, π] for sets such as ZYZ and in [−π/2, π/2] for those such as RPY, and φ and ψ are in [−π, π]. At a
-        representation singularity only φ + ψ or φ − ψ is determined; φ is then that of `near`, or 0.
+        Every rotation has two sets of angles, and full turns of 2π may be added to each angle. Without
+        `near`, ϑ is in [0, π] for sets such as ZYZ and in [−π/2, π/2] for those such as RPY, and φ and ψ are
+        in [−π, π]. At a representation singularity only φ + ψ or φ − ψ is determined; φ is then that of
+        `near`, or 0.
 
         Args:
             rotation: R (3, 3).
-            near: (3,) [rad] angles of a moment before; the nearest of all sets is returned, so that angles
-                along a path are continuous.
+            near: (3,) [rad] angles at the last point of a path; the set nearest to them is returned, so that
+                angles along the path are continuous.
 
         Returns:
             φ (3,) [rad].
@@ -100,7 +101,7 @@ class EulerAngles:
     def rate_map(self, angles: ArrayLike) -> Array:
         """Compute T(φ), which maps rates of the angles to the angular velocity, ω = T(φ) φ̇.
 
-        Its columns are the three axes of rotation in the world.
+        The columns of T are the three axes of rotation in the world.
 
         Args:
             angles: φ (3,) [rad].
@@ -123,7 +124,7 @@ class EulerAngles:
     def rate_map_rate(self, angles: ArrayLike, rates: ArrayLike) -> Array:
         """Compute the derivative of T(φ) along rates of the angles.
 
-        Each axis turns with the rotations before it.
+        The derivative is not zero because each axis turns with the rotations before it.
 
         Args:
             angles: φ (3,) [rad].
@@ -173,8 +174,8 @@ class EulerAngles:
             φ̇ (3,) [rad/s], or (3, k).
 
         Raises:
-            InvalidValue: φ is at a representation singularity, where no rates express every ω; or an argument
-                has the wrong shape.
+            InvalidValue: φ is at a representation singularity, where T(φ) has no inverse; or an argument has
+                the wrong shape.
 
         Source:
             Equation (3.64).
@@ -202,12 +203,12 @@ class EulerAngles:
 
     @property
     def _sign(self) -> float:
-        """+1 if the axes a, b and the one that is left follow each other as x, y, z do, else −1."""
+        """+1 if the axes a, b and the remaining one are in the cyclic order of x, y, z, else −1."""
         a, b, _ = self._indices
         return 1.0 if (b - a) % 3 == 1 else -1.0
 
     def _principal(self, R: Array, free: float) -> Array:
-        """Return the angles with the middle one in its principal range; φ = `free` where φ is free."""
+        """Return the angles with ϑ in its principal range; where φ is not determined, it is `free`."""
         a, b, c = self._indices
         s, k = self._sign, 3 - a - b
         if self._proper:

@@ -72,8 +72,9 @@ def quaternion_product(first: ArrayLike, second: ArrayLike) -> Array:
 def quaternion_error(rotation: ArrayLike, desired: ArrayLike) -> Array:
     """Compute the orientation error e_O = Δε = η_e ε_d − η_d ε_e − S(ε_d) ε_e of two orientations.
 
-    ΔQ = Q_d * Q_e⁻¹ is the rotation R_d R_eᵀ that is left to make, taken with Δη ≥ 0, the short way round.
-    The error is r sin(ϑ/2): it grows with ϑ all the way to π, where the axis may point either way.
+    ΔQ = Q_d * Q_e⁻¹ = (Δη, Δε) is the rotation R_d R_eᵀ from the actual to the desired orientation, with
+    Δη ≥ 0, which is the short way. The error is r sin(ϑ/2) and grows with ϑ up to ϑ = π, where both r and −r
+    are axes.
 
     Args:
         rotation: R_e (3, 3), the orientation that the frame has.
@@ -94,7 +95,7 @@ def quaternion_error(rotation: ArrayLike, desired: ArrayLike) -> Array:
 
 
 def quaternion_rate(quaternion: ArrayLike, angular_velocity: ArrayLike) -> Array:
-    """Compute how the quaternion of a rotating frame changes: η̇ = −½ εᵀω, ε̇ = ½ (η I − S(ε)) ω.
+    """Compute the rate of the quaternion of a rotating frame: η̇ = −½ εᵀω, ε̇ = ½ (η I − S(ε)) ω.
 
     Args:
         quaternion: Q (4,), η first.
@@ -135,9 +136,10 @@ def angular_velocity_of(quaternion: ArrayLike, rate: ArrayLike) -> Array:
 
 
 def quaternion_distance(rotation: ArrayLike, desired: ArrayLike) -> float:
-    """Compute V = (η_d − η_e)² + ‖ε_d − ε_e‖², which falls along (3.92): V̇ = −e_Oᵀ K_O e_O.
+    """Compute V = (η_d − η_e)² + ‖ε_d − ε_e‖², the distance of two orientations as quaternions.
 
-    Of Q_e and −Q_e, which are the same rotation, the one nearer to Q_d is taken.
+    With the rows (3.92) V decreases as V̇ = −e_Oᵀ K_O e_O. Of Q_e and −Q_e, which are the same rotation, the
+    one nearer to Q_d is taken.
 
     Args:
         rotation: R_e (3, 3), the orientation that the frame has.

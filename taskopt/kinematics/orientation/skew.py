@@ -27,12 +27,12 @@ def skew(vector: ArrayLike) -> Array:
 
 
 def unskew(matrix: ArrayLike) -> Array:
-    """Read w out of a matrix, so that S(w) is its skew-symmetric part.
+    """Compute the vector w of a matrix, whose skew-symmetric part is S(w).
 
-    Of Ṙ Rᵀ it is the angular velocity ω of R.
+    For the matrix Ṙ Rᵀ, w is the angular velocity ω of R.
 
     Args:
-        matrix: (3, 3), in any unit. A part that is not skew-symmetric, such as rounding, is left out.
+        matrix: (3, 3), in any unit. Its symmetric part, such as rounding errors, is ignored.
 
     Returns:
         w (3,), in the unit of the matrix.

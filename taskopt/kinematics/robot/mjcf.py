@@ -2,9 +2,9 @@
 
 MuJoCo itself compiles the file, so that includes, defaults, attachments, replicas, references and units are
 resolved by the program that defines them. The tree is then built from the compiled numbers, body by body.
-Pinocchio's own reader ignores includes and all trees of a file but the first, for example. Coordinates are
-those of MuJoCo's `qpos` in the same order, but for quaternions: MuJoCo writes (w, x, y, z), and a `pin.Model`
-(x, y, z, w).
+Pinocchio's own reader is not used, since it ignores includes and all trees of a file except the first, for
+example. Coordinates are those of MuJoCo's `qpos` in the same order, except that a quaternion is (w, x, y, z)
+in `qpos` and (x, y, z, w) in a `pin.Model`.
 """
 
 # Pinocchio, Coal and MuJoCo ship no stubs.
@@ -50,10 +50,10 @@ def read_mjcf(path: str | Path) -> Parts:
     Raises:
         MissingFile: The file, or one that it refers to, is not there.
         NotInstalled: The package mujoco, which compiles the file, is not installed.
-        InvalidValue: The file is no MJCF, MuJoCo cannot compile it, or nothing in it moves.
+        InvalidValue: The file is not MJCF, MuJoCo cannot compile it, or it has no movable joint.
 
     Warns:
-        DroppedWarning: The file states something that the robot does not have.
+        DroppedWarning: The file states something that the robot lacks.
     """
     file = existing(path, "MJCF")
     compiled = _compiled(file, _mujoco())
@@ -127,7 +127,7 @@ class _Tree:
             )
 
     def posture(self, qpos: Array) -> Array:
-        """Turn a `qpos` of MuJoCo into a configuration (nq,) of the tree."""
+        """Convert a `qpos` of MuJoCo to a configuration (nq,) [rad, m] of the tree."""
         q = np.array(qpos)
         for joint in self.model.joints[1:]:
             if joint.nq in (4, 7):
@@ -149,7 +149,7 @@ class _Tree:
         self._add_frame(c.body(body).name or f"body{body}", body, pin.SE3.Identity())
 
     def _add_joint(self, j: int, parent: int, offset: pin.SE3) -> tuple[int, pin.SE3]:
-        """Add a joint to a parent in which its body is at `offset`; return it and the body's pose in it."""
+        """Add a joint whose body is at `offset` in the parent; return its index and the body's pose in it."""
         c, kind = self._compiled, int(self._compiled.jnt_type[j])
         anchor = pin.SE3(np.eye(3), np.array(c.jnt_pos[j]))
         limited, (lower, upper) = bool(c.jnt_limited[j]) and kind >= _SLIDE, c.jnt_range[j]
@@ -165,7 +165,7 @@ class _Tree:
         return joint, pin.SE3.Identity() if kind == _FREE else anchor.inverse()
 
     def _kind(self, j: int, kind: int, place: pin.SE3) -> tuple[JointModel, pin.SE3]:
-        """Return the model of a joint and its place in the parent, moved back by the joint's reference."""
+        """Return the model of a joint, and its pose in the parent moved back by its reference value."""
         axis = np.array(self._compiled.jnt_axis[j])
         start = float(self._compiled.qpos0[self._compiled.jnt_qposadr[j]])
         if kind == _FREE:  # its qpos is the pose of the body in the world
@@ -229,7 +229,7 @@ def _keyframes(compiled: Compiled) -> Iterator[tuple[str, Array]]:
 
 
 def _equalities(compiled: Compiled, tree: _Tree) -> tuple[list[Coupling], dict[str, float], list[str]]:
-    """Read the active equalities: linear couplings, joints held at a number, and what is not read."""
+    """Read the active equalities: linear couplings, joints held at a value, and sentences on all others."""
     couplings: dict[str, Coupling] = {}
     held: dict[str, float] = {}
     unread: Counter[str] = Counter()
@@ -253,7 +253,7 @@ def _equalities(compiled: Compiled, tree: _Tree) -> tuple[list[Coupling], dict[s
 
 
 def _held(parts: Parts, held: dict[str, float]) -> Parts:
-    """Lock the joints that an equality holds at a number."""
+    """Lock the joints that an equality holds at a value."""
     q, ids = pin.neutral(parts.model), [parts.model.getJointId(name) for name in held]
     for i, value in zip(ids, held.values(), strict=True):
         q[parts.model.joints[i].idx_q] = value
@@ -261,7 +261,7 @@ def _held(parts: Parts, held: dict[str, float]) -> Parts:
 
 
 def _lost(compiled: Compiled, tree: _Tree) -> Iterator[str]:
-    """Say what of the file the tree cannot hold."""
+    """Yield a sentence for each statement of the file that the tree cannot represent."""
     balls = [
         tree.names[j]
         for j in range(compiled.njnt)

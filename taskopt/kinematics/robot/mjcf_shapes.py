@@ -1,4 +1,4 @@
-"""Shapes of a compiled MJCF file: what collides, and what a viewer draws."""
+"""Shapes of a compiled MJCF file, for collisions and for a viewer."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -31,7 +31,7 @@ def shapes_of(
         collision: True for the shapes that collide, False for those that are drawn.
 
     Returns:
-        The shapes. Where the file excludes pairs of bodies from contact, all other pairs are in them.
+        The shapes. If the file excludes pairs of bodies from contact, they contain all other pairs.
     """
     out = pin.GeometryModel()
     touches = (compiled.geom_contype | compiled.geom_conaffinity) != 0
@@ -89,7 +89,7 @@ def _mesh(compiled: Any, m: int) -> CoalShape:
 
 
 def _add_pairs(compiled: Any, shapes: GeometryModel, bodies: Sequence[int]) -> None:
-    """Add all pairs of shapes of different bodies, but those that the file excludes from contact."""
+    """Add all pairs of shapes of different bodies except those that the file excludes from contact."""
     excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in compiled.exclude_signature}
     for i, one in enumerate(bodies):
         for j in range(i + 1, len(bodies)):

@@ -72,9 +72,10 @@ class Robot:
                 since meshes take seconds to load; None: no shapes.
             visual: Shapes that a viewer draws, or a function that loads them; None: the collision shapes.
             name: Name of the robot; default: the model's.
-            postures: Named configurations (nq,) [rad, m]; coupled joints are moved to where they belong.
-            couplings: Joints that follow others.
-            dropped: Sentences on what a file states and the robot does not have.
+            postures: Mapping from name to posture (nq,) [rad, m]; in each, coupled joints are moved to follow
+                their leaders.
+            couplings: Couplings of joints, each of which makes one joint follow another.
+            dropped: One sentence for each statement of a file that the robot cannot represent.
 
         Raises:
             InvalidValue: The model is no `pin.Model`, has wrong limits or mimic joints, or a posture or a
@@ -152,7 +153,7 @@ class Robot:
             UnknownName: A joint to lock does not exist.
 
         Warns:
-            DroppedWarning: The file states something that the robot cannot represent.
+            DroppedWarning: The file states something that the robot lacks.
         """
         return Robot.from_parts(read_urdf(path, package_dirs, floating, srdf, meshes)).lock(lock)
 
@@ -166,19 +167,19 @@ class Robot:
         srdf: str | Path | None = None,
         meshes: bool = True,
     ) -> "Robot":
-        """Read a robot from a xacro file, which is expanded first; needs the extra `taskopt[xacro]`.
+        """Expand a xacro file, and read the robot from it; this needs the extra `taskopt[xacro]`.
 
         Args:
             path: The xacro file.
-            args: Values of its arguments, such as {"gripper": True}.
+            args: Mapping from each argument of the file to its value, such as {"gripper": True}.
             package_dirs: Folders in which $(find …) and package:// are looked for, see `from_urdf`.
-            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            lock: Names of joints to fix: each at its neutral value, or at the limit nearest to it.
             floating: Give the robot a floating base.
             srdf: File with named postures and with pairs of links that are never checked for collision.
             meshes: False leaves out meshes, and keeps spheres, boxes and cylinders.
 
         Returns:
-            The robot. What the file states and the robot does not have is listed in `dropped`.
+            The robot. Its attribute `dropped` lists the statements of the file that it cannot represent.
 
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
@@ -187,24 +188,25 @@ class Robot:
             UnknownName: A joint to lock does not exist.
 
         Warns:
-            DroppedWarning: The file states something that the robot does not have.
+            DroppedWarning: The file states something that the robot lacks.
         """
         file = expanded_xacro(path, args, package_dirs)
         return Robot.from_parts(read_checked(file, package_dirs, floating, srdf, meshes)).lock(lock)
 
     @staticmethod
     def from_mjcf(path: str | Path, lock: Iterable[str] = ()) -> "Robot":
-        """Read a robot from an MJCF file, the format of MuJoCo; needs the extra `taskopt[mujoco]`.
+        """Read a robot from an MJCF file, the format of MuJoCo; this needs the extra `taskopt[mujoco]`.
 
         Coordinates are those of MuJoCo's `qpos` in the same order, with quaternions as (x, y, z, w).
-        Keyframes become postures, beside "qpos0". There are no velocity limits in such a file.
+        Keyframes and MuJoCo's reference configuration "qpos0" become postures. Such a file states no velocity
+        limits.
 
         Args:
-            path: The MJCF file; what it includes is resolved.
-            lock: Names of joints that are held where they are in neutral, moved into their limits.
+            path: The MJCF file; files that it includes are read, too.
+            lock: Names of joints to fix: each at its neutral value, or at the limit nearest to it.
 
         Returns:
-            The robot. What the file states and the robot does not have is listed in `dropped`.
+            The robot. Its attribute `dropped` lists the statements of the file that it cannot represent.
 
         Raises:
             MissingFile: The file, or one that it refers to, is not there.
@@ -213,7 +215,7 @@ class Robot:
             UnknownName: A joint to lock does not exist.
 
         Warns:
-            DroppedWarning: The file states something that the robot does not have.
+            DroppedWarning: The file states something that the robot lacks.
         """
         return Robot.from_parts(read_mjcf(path)).lock(lock)
 

@@ -49,7 +49,7 @@ def read_urdf(
         InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
 
     Warns:
-        DroppedWarning: The file states something that the robot does not have.
+        DroppedWarning: The file states something that the robot lacks.
     """
     return read_checked(checked_urdf(existing(path, "URDF")), package_dirs, floating, srdf, meshes)
 
@@ -78,7 +78,7 @@ def read_checked(
         InvalidValue: The file is no tree that a `pin.Model` can hold.
 
     Warns:
-        DroppedWarning: The file states something that the robot does not have.
+        DroppedWarning: The file states something that the robot lacks.
     """
     folders = mesh_folders(file.path, package_dirs)
     parts = lazy_parts(file, folders, floating, None if srdf is None else existing(srdf, "SRDF"), meshes)

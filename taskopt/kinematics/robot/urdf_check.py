@@ -53,7 +53,7 @@ class UrdfFile:
 
 
 def checked_urdf(path: Path, root: ET.Element | None = None) -> UrdfFile:
-    """Read a URDF file, and refuse what would give another robot than the file describes.
+    """Read a URDF file, and raise an error where a loader would make another robot than it describes.
 
     Args:
         path: The file.

@@ -1,4 +1,4 @@
-"""Reading xacro files: the package xacrodoc expands them, and the URDF is then checked as any other."""
+"""Reading xacro files: the package xacrodoc expands them to a URDF, which is then checked as usual."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -23,7 +23,8 @@ def expanded_xacro(
 
     Args:
         path: The xacro file.
-        args: Values of its arguments, as after `xacro FILE` on the command line; True is written "true".
+        args: Mapping from each argument to its value, as given after `xacro FILE` on the command line; True
+            is written "true". None: no arguments.
         package_dirs: Folders in which $(find …) looks for packages, besides those above the file and those of
             ROS; None: no others.
 
@@ -33,7 +34,7 @@ def expanded_xacro(
     Raises:
         MissingFile: The file is not there.
         NotInstalled: The package xacrodoc is not installed.
-        InvalidValue: The file cannot be expanded, or what it expands to is no sound URDF.
+        InvalidValue: The file cannot be expanded, or the result is not a valid URDF.
     """
     file = existing(path, "xacro")
     if args is not None and not isinstance(args, Mapping):
