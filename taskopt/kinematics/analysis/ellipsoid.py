@@ -48,8 +48,9 @@ def velocity_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipso
     flat.
 
     Args:
-        J: Rows of a Jacobian (m, n) in one unit. limits: (n,) for each joint the velocity by which its
-            velocity is divided before the norm is taken, such as its limit [rad/s, m/s]; default: 1 for all.
+        J: Rows of a Jacobian (m, n) in one unit.
+        limits: (n,) for each joint the velocity by which its velocity is divided before the norm is taken,
+            such as its limit [rad/s, m/s]; default: 1 for all.
 
     Returns:
         The ellipsoid, semi-axes in falling order [m/s] or [rad/s].
