@@ -10,7 +10,7 @@ from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.limit import JointPositionLimit, Limit
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import Value, plain
+from taskopt.kinematics.space import PoseSpace, Value, plain
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Latest
 from taskopt.kinematics.task import FrameTask, JointTask, OrientationTask, PositionTask
@@ -43,7 +43,8 @@ class PoseSolver:
 
     The search begins at the posture that is given, and then at postures drawn uniformly within the position
     limits, those first whose frames are nearest to the goals. From each it descends by Newton's steps of
-    the stack in a trust region. Equal calls of equal solvers give equal answers.
+    the stack in a trust region. Equal calls of equal solvers give equal answers. A solver has memory of its
+    own and is for one thread; a copy of it is another solver.
 
     Args:
         robot: The robot.
@@ -76,6 +77,8 @@ class PoseSolver:
             if limits is not None:
                 raise InvalidValue("a stack has limits of its own; leave `limits` out, or put them there")
             stack = goals
+        elif not isinstance(goals, Mapping):
+            raise InvalidValue(f"goals must be a mapping from frame to pose, or a Stack, got {goals!r}")
         else:
             self._kinds = {frame: _kind(value) for frame, value in goals.items()}
             stack = self._stack_of(goals, [JointPositionLimit()] if limits is None else limits)
@@ -229,7 +232,7 @@ class PoseSolver:
 
     def _stack_of(self, goals: Mapping[str, Value], limits: Sequence[Limit]) -> Stack:
         """Return the stack of a mapping of goals, whose targets can be set."""
-        self._targets = {frame: Latest(value) for frame, value in goals.items()}
+        self._targets = {frame: Latest(_goal(frame, value)) for frame, value in goals.items()}
         level = [
             self._kinds[frame](frame, target=target, expressed="world")
             for frame, target in self._targets.items()
@@ -238,6 +241,10 @@ class PoseSolver:
 
     def _aim(self, goals: Mapping[str, Value]) -> None:
         """Set the targets of a mapping of goals, after checking that they are of the same kind as before."""
+        if not isinstance(goals, Mapping):
+            raise InvalidValue(
+                f"goals must be a mapping from frame to pose, got {goals!r}; give a stack to PoseSolver"
+            )
         for frame, value in goals.items():
             if frame not in self._targets:
                 raise UnknownName("goal of this solver", frame, self._targets)
@@ -250,7 +257,7 @@ class PoseSolver:
         if missing:
             raise InvalidValue(f"goals lack {', '.join(missing)}; give a value for every goal of the solver")
         for frame, value in goals.items():
-            self._targets[frame].set(value)
+            self._targets[frame].set(_goal(frame, value))
 
 
 def solve_pose(
@@ -290,7 +297,16 @@ def solve_pose(
 
 def _kind(value: Value) -> type[FrameTask | PositionTask | OrientationTask]:
     """Return the task for a goal: a position and a rotation leave the rest of the pose free."""
-    return _KINDS.get(np.shape(plain(value)), FrameTask)  # type: ignore[arg-type]
+    try:
+        shape = np.shape(plain(value))  # type: ignore[arg-type]
+    except ValueError:  # no array; the target says which forms it takes
+        shape = ()
+    return _KINDS.get(shape, FrameTask)
+
+
+def _goal(frame: str, value: Value) -> Array:
+    """Return a goal as a pose (4, 4); what it leaves free is that of the identity, and is not read."""
+    return PoseSpace(f"goal of '{frame}'").convert(value, np.eye(4))
 
 
 def _remade(

@@ -365,6 +365,10 @@ def test_copies_solve_alike() -> None:
         (lambda: PoseSolver(TWO, {"tip": (0.5, 0.0, 0.0)}).solve({"tip": np.eye(4)}), InvalidValue, "kind"),
         (lambda: PoseSolver(TWO, {"tip": (0.5, 0.0, 0.0)}).solve({}), InvalidValue, "goals lack tip"),
         (lambda: PoseSolver(TWO, {"tip": np.eye(4)}).solve({"link1": np.eye(4)}), UnknownName, "link1"),
+        (lambda: PoseSolver(TWO, [np.eye(4)]), InvalidValue, "mapping from frame to pose, or a Stack"),
+        (lambda: PoseSolver(TWO, {"tip": np.eye(4)}).solve(np.eye(4)), InvalidValue, "mapping from frame"),
+        (lambda: solve_pose(TWO, {"tip": {"joint1": 0.3}}), InvalidValue, "goal of 'tip' must be"),
+        (lambda: solve_pose(TWO, {"tip": 2.0 * np.eye(4)}), InvalidValue, "rotation"),
     ],
 )
 def test_what_is_wrong_is_said(ask: Callable[[], object], error: type[Exception], says: str) -> None:
