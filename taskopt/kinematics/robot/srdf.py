@@ -30,18 +30,24 @@ def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
         For each state, the values [rad, m] of each of its joints.
 
     Raises:
-        InvalidValue: The file is no SRDF, or a value is no number; the message names state and joint.
+        InvalidValue: The file is no SRDF, a value is no number, a joint has two values in one state, or a
+            pair lacks a link; the message names what is flawed.
     """
     root = parse(srdf)
     if root.tag != "robot":
         raise InvalidValue(f"{srdf} is no SRDF: its root element is <{root.tag}>, and not <robot>")
+    for pair in root.iter("disable_collisions"):
+        if not (pair.get("link1") and pair.get("link2")):
+            raise InvalidValue(f"{srdf}: <disable_collisions> needs two links, got {pair.attrib}")
     states: dict[str, dict[str, list[float]]] = {}
-    for state in root.iter("group_state"):
+    for state in root.findall("group_state"):
         name = state.get("name", "")
         values = states.setdefault(name, {})
-        for joint in state.iter("joint"):
+        for joint in state.findall("joint"):
             where = f"{srdf}: joint '{joint.get('name')}' of the state '{name}'"
-            values[joint.get("name", "")] = _values(where, joint.get("value", ""))
+            found = _values(where, joint.get("value", ""))
+            if values.setdefault(joint.get("name", ""), found) != found:
+                raise InvalidValue(f"{where} has two values, {values[joint.get('name', '')]} and {found}")
     return states
 
 

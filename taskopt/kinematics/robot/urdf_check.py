@@ -34,6 +34,7 @@ _JOINT_PARTS = {
 }  # fmt: skip
 _TYPES = ("revolute", "continuous", "prismatic", "planar", "floating", "fixed")
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
+_LIMITS = ("lower", "upper", "velocity", "effort")
 _UNEXPANDED = re.compile(r"\$\{|\$\(")
 
 
@@ -171,13 +172,14 @@ def _check_joint(where: str, joint: ET.Element) -> None:
         if len(joint.findall(tag)) > 1:
             raise InvalidValue(f"{where} has two elements <{tag}>; keep one")
     _check_origin(where, joint)
-    axis = numbers(where, joint.find("axis"), "xyz", 3, "1 0 0")
+    stated = joint.find("axis")
+    axis = [1.0, 0.0, 0.0] if stated is None else numbers(where, stated, "xyz", 3, None)
     if kind in _WITH_AXIS and not np.linalg.norm(axis) > 0.0:
         raise InvalidValue(f"{where} moves, and its axis is 0 0 0, which is no direction")
     if kind in ("revolute", "prismatic"):
         _check_range(where, joint)
     elif (limit := joint.find("limit")) is not None:
-        for name in ("lower", "upper", "velocity", "effort"):
+        for name in _LIMITS:
             number(where, limit, name, "0")
     _check_extras(where, joint)
 
@@ -279,7 +281,7 @@ def _dropped_of_joints(joints: list[ET.Element]) -> Iterator[str]:
 def _surprises(joint: ET.Element, kind: str) -> Iterator[str]:
     """Yield sentences with a place for the name of the joint."""
     limit = joint.find("limit")
-    stated = set() if limit is None else {key for key, value in limit.attrib.items() if float(value) != 0.0}
+    stated = set() if limit is None else {key for key in _LIMITS if float(limit.get(key, "0")) != 0.0}
     if kind in ("revolute", "prismatic") and limit is not None:
         if not {"lower", "upper"} & set(limit.attrib):
             yield "{} cannot move: <limit> states no lower and no upper, and the range is then 0 to 0"

@@ -11,7 +11,17 @@ from taskopt.kinematics.robot.urdf_check import UrdfFile, checked_urdf
 from taskopt.kinematics.robot.xml_file import existing
 
 Argument = str | float | bool
-_OF_EXPRESSIONS = (ValueError, TypeError, LookupError, ArithmeticError, AttributeError, NameError, OSError)
+_OF_EXPRESSIONS = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    NameError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+)
 
 
 def expanded_xacro(
@@ -57,13 +67,13 @@ def _expanded(file: Path, args: dict[str, str], package_dirs: Iterable[str | Pat
     if package_dirs is not None:
         xacrodoc.packages.look_in([str(folder) for folder in package_folders(package_dirs)])
     try:
-        return xacro.process_file(str(file), mappings=args).toxml()
+        return xacro.process_file(str(file), mappings=args).toxml()  # type: ignore[union-attr]
     except xacrodoc.packages.PackageNotFoundError as error:
         raise InvalidValue(
             f"{file} asks for a package that is not found: {error}; give package_dirs= the folder that "
             "holds it"
         ) from error
-    except (xacro.XacroException, ExpatError, RecursionError, *_OF_EXPRESSIONS) as error:
+    except (xacro.XacroException, ExpatError, *_OF_EXPRESSIONS) as error:
         raise InvalidValue(f"{file} cannot be expanded: {' '.join(str(error).split())}") from error
 
 

@@ -30,6 +30,14 @@ FLAWS = {
         states(value("pan", "1 2")),
         "'pan' of the state 'home' has 2 numbers, and the joint takes 1",
     ),
+    "two values of one joint": (
+        states(value("pan", "1") + value("pan", "2")),
+        "'pan' of the state 'home' has two values",
+    ),
+    "a pair of one link": (
+        '<robot name="arm"><disable_collisions link1="base"/></robot>',
+        "<disable_collisions> needs two links",
+    ),
     "no SRDF": ("<sdf/>", "no SRDF: its root element is <sdf>"),
     "no XML": ("<robot", "not XML"),
 }

@@ -47,6 +47,7 @@ REFUSED = {
         "'tilt' moves.*axis is 0 0 0",
     ),
     "an axis of two numbers": (ARM.replace("0 1 0", "0 1"), "'tilt'.*3 finite numbers, got '0 1'"),
+    "an axis without numbers": (ARM.replace(' xyz="0 1 0"', ""), "'tilt'.*<axis xyz=…> is missing"),
     "a decimal comma": (ARM.replace('upper="2"', 'upper="0,5"'), "'pan'.*upper.*finite number, got '0,5'"),
     "a number that is none": (ARM.replace('lower="-1"', 'lower="nan"'), "'pan'.*lower.*got 'nan'"),
     "an unknown type": (ARM.replace("revolute", "screw"), "'pan' has the type 'screw'"),
