@@ -15,6 +15,12 @@ from taskopt import MissingFile, Robot
 NEEDED = {"xacro": "xacrodoc", "MJCF": "mujoco"}
 
 
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MuJoCo writes its warnings to a file in the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+
 def kind(name: str) -> Kind:
     """A kind by its name; skip the test if the package that reads it is not installed."""
     if importlib.util.find_spec(NEEDED.get(name, "numpy")) is None:

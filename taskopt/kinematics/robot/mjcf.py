@@ -56,14 +56,14 @@ def read_mjcf(path: str | Path) -> Parts:
         DroppedWarning: The file states something that the robot lacks.
     """
     file = existing(path, "MJCF")
-    compiled = _compiled(file, _mujoco())
+    compiled, said = _compiled(file, _mujoco())
     if compiled.nq == 0:
         raise InvalidValue(f"{file} has no joint that moves")
     tree = _Tree(compiled)
     couplings, held, unread = _equalities(compiled, tree)
     couplings = chained(file, couplings)
     beyond = narrow_leaders(tree.model, couplings)
-    dropped = (*_lost(compiled, tree), *unread, *beyond, _NO_SPEED)
+    dropped = (*_lost(compiled, tree), *unread, *beyond, *said, _NO_SPEED)
     parts = Parts(
         tree.model,
         lambda: shapes_of(compiled, tree.joints, tree.offsets, collision=True),
@@ -86,19 +86,24 @@ def _mujoco() -> ModuleType:
     return mujoco
 
 
-def _compiled(path: Path, mujoco: ModuleType) -> Compiled:
-    """Compile a file."""
+def _compiled(path: Path, mujoco: ModuleType) -> tuple[Compiled, list[str]]:
+    """Compile a file; return it with what MuJoCo warns of, which it would else write to a file of its own."""
     root = parse(path)
     if root.tag != "mujoco":
         way_out = "; read a URDF with Robot.from_urdf" if root.tag == "robot" else ""
         raise InvalidValue(f"{path} is no MJCF: its root element is <{root.tag}>, not <mujoco>{way_out}")
+    said: list[str] = []
+    handler = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo warns: {text}"))
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        return mujoco.MjModel.from_xml_path(str(path)), said
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        said = " ".join(str(error).split())
-        if "rror opening file" in said or "could not open" in said.lower():
-            raise MissingFile(f"a file that {path} refers to is not there: {said}") from error
-        raise InvalidValue(f"{path} is no MJCF that MuJoCo can compile: {said}") from error
+        reason = " ".join(str(error).split())
+        if "rror opening file" in reason or "could not open" in reason.lower():
+            raise MissingFile(f"a file that {path} refers to is not there: {reason}") from error
+        raise InvalidValue(f"{path} is no MJCF that MuJoCo can compile: {reason}") from error
+    finally:
+        mujoco.set_mju_user_warning(handler)
 
 
 class _Tree:

@@ -60,7 +60,7 @@ def random_qpos(compiled, seed: int):
 
 
 def farthest(path: Path, arm: Robot) -> float:
-    """Largest difference of a body's or site's pose, and of the centre of mass, from MuJoCo's."""
+    """Largest difference of a body's or site's pose from MuJoCo's."""
     compiled = mujoco.MjModel.from_xml_path(str(path))
     data, worst = mujoco.MjData(compiled), 0.0
     for seed in range(3):
@@ -77,6 +77,12 @@ def farthest(path: Path, arm: Robot) -> float:
                 worst = max(worst, np.abs(pose[:3, 3] - positions[i]).max())
                 worst = max(worst, np.abs(pose[:3, :3] - turns[i].reshape(3, 3)).max())
     return worst
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file in the current folder, where the tests call it themselves."""
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -273,3 +279,11 @@ def test_couplings_that_do_not_fit_are_refused():
     ):
         with pytest.raises(error, match=r"'c'|Coupling|several axes"):
             Robot(model, couplings=couplings)
+
+
+def test_what_mujoco_warns_of_is_said_and_leaves_no_file(load, tmp_path, monkeypatch):
+    """An attribute that is going out of use: MuJoCo would append to a log in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    arm = load(fingers("").replace("<compiler ", '<compiler settotalmass="3" '))
+    assert any(s.startswith("MuJoCo warns: ") and "settotalmass" in s for s in arm.dropped)
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
