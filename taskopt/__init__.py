@@ -136,6 +136,7 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import JointCouplingTask as JointCouplingTask
     from taskopt.kinematics.task import JointTask as JointTask
     from taskopt.kinematics.task import JointVelocityTask as JointVelocityTask
+    from taskopt.kinematics.task import KineticEnergyTask as KineticEnergyTask
     from taskopt.kinematics.task import LevelDamping as LevelDamping
     from taskopt.kinematics.task import LinearHolonomicTask as LinearHolonomicTask
     from taskopt.kinematics.task import LookAtTask as LookAtTask
@@ -239,9 +240,9 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.task": (
         "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampedTask "
         "DampingTask During EulerTask FrameTask GazeTask GradientTask JointCouplingTask "
-        "JointTask JointVelocityTask LevelDamping LinearHolonomicTask LookAtTask LoopTask "
-        "LowAccelerationTask ObjectiveTask OmniwheelTask OrientationTask PositionTask "
-        "QuaternionTask RelativeFrameTask RollingTask SupportPolygonTask Task"
+        "JointTask JointVelocityTask KineticEnergyTask LevelDamping LinearHolonomicTask "
+        "LookAtTask LoopTask LowAccelerationTask ObjectiveTask OmniwheelTask OrientationTask "
+        "PositionTask QuaternionTask RelativeFrameTask RollingTask SupportPolygonTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",

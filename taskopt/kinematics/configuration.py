@@ -181,6 +181,15 @@ class Configuration:
         J = pin.jacobianCenterOfMass(self._model, self._data, False)
         return self._data.com[0].copy(), np.array(J).reshape((3, self.robot.nv), order="F")
 
+    def mass_matrix(self) -> Array:
+        """Compute the mass matrix M(q), for which ½ vᵀ M v is the kinetic energy.
+
+        Returns:
+            (nv, nv) symmetric array, a new one [kg m², kg m, kg].
+        """
+        M = np.triu(pin.crba(self._model, self._data, self.q, pin.Convention.LOCAL))
+        return M + np.triu(M, 1).T
+
     def hessian(self, frame: str) -> Array:
         """Compute the derivative of a frame's Jacobian by the joint variables, in the axes of the world.
 

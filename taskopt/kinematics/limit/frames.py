@@ -7,9 +7,10 @@ import numpy as np
 from taskopt.arrays import Array, BoolArray, number
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.tolerances import NO_DIRECTION
+from taskopt.kinematics.collision.point_motion import PointMotion, point_motion
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import Limit
-from taskopt.kinematics.limit.room import BoundRoom, PointMotion, Room, checked_braking, point_motion
+from taskopt.kinematics.limit.room import BoundRoom, Room, checked_braking
 from taskopt.kinematics.robot import Robot
 
 
@@ -128,5 +129,5 @@ def _motion(robot: Robot, frame: str, between: BoolArray, dt: float) -> PointMot
     joint = robot.frame_joint(frame)
     if joint == 0:
         return PointMotion(0.0, 0.0)
-    placement = robot.model.frames[robot.frame_id(frame)].placement  # pyright: ignore[reportAttributeAccessIssue]
-    return point_motion(robot, joint, float(np.linalg.norm(placement.translation)), between, dt)
+    offset = Configuration(robot, robot.neutral).frame(frame).placement[:3, 3]
+    return point_motion(robot, joint, float(np.linalg.norm(offset)), between, dt)

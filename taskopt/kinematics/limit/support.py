@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike
+from taskopt.kinematics.collision.point_motion import PointMotion, point_motion
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.polygon import Edges, polygon_edges
 from taskopt.kinematics.limit.base import Limit
-from taskopt.kinematics.limit.room import BoundRoom, PointMotion, Room, checked_braking, point_motion
+from taskopt.kinematics.limit.room import BoundRoom, Room, checked_braking
 from taskopt.kinematics.part import check_mass
 from taskopt.kinematics.robot import Robot
 

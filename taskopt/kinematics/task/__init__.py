@@ -15,6 +15,7 @@ from taskopt.kinematics.task.frame import PositionTask as PositionTask
 from taskopt.kinematics.task.inequality import BoxTask as BoxTask
 from taskopt.kinematics.task.inequality import GazeTask as GazeTask
 from taskopt.kinematics.task.joint import JointTask as JointTask
+from taskopt.kinematics.task.kinetic_energy import KineticEnergyTask as KineticEnergyTask
 from taskopt.kinematics.task.level_damping import LevelDamping as LevelDamping
 from taskopt.kinematics.task.loop import LoopTask as LoopTask
 from taskopt.kinematics.task.objective import GradientTask as GradientTask
