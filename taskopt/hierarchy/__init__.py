@@ -1,1 +1,1 @@
-"""Problems and answers: hierarchies and programs on plain arrays, their certificates, in words."""
+"""Problems and answers on plain arrays: hierarchies, quadratic programs, certificates, explanations."""

@@ -1,4 +1,4 @@
-"""Active rows by name: which limits and inequalities hold an answer back, and their multipliers."""
+"""Active rows by name: the limits and inequalities that hold an answer back, with their multipliers."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,8 @@ class Active(NamedTuple):
         name: Name of the limit or task, and of the unknown or row, such as "velocity/joint4".
         side: "lower" or "upper".
         multiplier: The multiplier, positive at an upper bound and negative at a lower one. At the first level
-            with a multiplier, a unit of the bound would lower ½ Σ w d² of that level by its magnitude.
+            with a multiplier, moving the bound outwards lowers ½ Σ w d² of that level at the rate
+            |multiplier| per unit of the bound.
         level: The level that it belongs to, 1 for the first; the number of levels plus one is the norm.
     """
 
@@ -32,12 +33,12 @@ class Active(NamedTuple):
 def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tuple[Active, ...]:
     """Return the limits and inequalities in an active set, each at the first level where it has a multiplier.
 
-    Equalities are never among them, since they are active always.
+    Equalities are left out, since they are always active.
 
     Args:
         problem: The hierarchy that was answered.
         state: Active set, (n + M,): −1 at a lower bound, 1 at an upper one, else 0.
-        multipliers: (levels + 1, n + M), the norm last.
+        multipliers: Multipliers (levels + 1, n + M), those of the norm last.
 
     Returns:
         One entry for each active bound, box first, then rows in order.
@@ -55,13 +56,13 @@ def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tu
 def level_multipliers(problem: Hierarchy, state: StateArray, multipliers: Array) -> tuple[Active, ...]:
     """Return the multiplier of every active bound at every level where it has one, level by level.
 
-    At the first of its levels, ∂(½ Σ w d²)/∂bound = −multiplier. At later ones it is the rate of that level's
-    cost with all levels before held at their residuals.
+    At the first of these levels, ∂(½ Σ w d²)/∂bound = −multiplier. At later levels the same holds for the
+    cost of that level while the residuals of all levels before are kept.
 
     Args:
         problem: The hierarchy that was answered.
-        state: Active set, (n + M,).
-        multipliers: (levels + 1, n + M), the norm last.
+        state: Active set, (n + M,): −1 at a lower bound, 1 at an upper one, else 0.
+        multipliers: Multipliers (levels + 1, n + M), those of the norm last.
 
     Returns:
         The entries, those of the first level first.
@@ -79,5 +80,5 @@ def level_multipliers(problem: Hierarchy, state: StateArray, multipliers: Array)
 
 
 def _counted(values: Array) -> Mask:
-    """Return which multipliers of one row, (levels + 1,), are more than solver accuracy."""
+    """Return True for each multiplier of one row, (levels + 1,), that is larger than solver accuracy."""
     return np.abs(values) > COUNTED_MULTIPLIER * max(1.0, float(np.abs(values).max()))

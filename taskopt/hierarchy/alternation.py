@@ -1,7 +1,7 @@
-"""Alternation: limits that enter and leave the active set over and over, by name, with the likely cause.
+"""Alternation: limits that enter and leave the active set again and again, with the likely cause.
 
-A limit alternates if one of its two bounds becomes active or inactive in many ticks. Each change shows
-symptoms of one or more causes, and a cause is suggested where its symptom showed in half of the changes.
+A limit alternates if one of its two bounds becomes active or inactive in many ticks. Each change has symptoms
+of one or more causes. A cause is suggested if its symptom appears in half of the changes.
 """
 
 from collections.abc import Iterable
@@ -27,13 +27,13 @@ ADVICE = {
 
 
 class Alternation(NamedTuple):
-    """One bound that alternates.
+    """A bound that alternates.
 
     Attributes:
         name: Name of the bound, such as "velocity/joint4 upper".
         changes: Number of ticks in which it became active or inactive.
-        per_second: The same per second of the run [1/s].
-        cause: The cause that is suggested, a key of `ADVICE`.
+        per_second: Number of changes per second of the run [1/s].
+        cause: The suggested cause, a key of `ADVICE`.
     """
 
     name: str
@@ -48,20 +48,20 @@ class Alternation(NamedTuple):
 
 @dataclass
 class _Count:
-    """The changes of one bound, and in how many of those examined the symptom of each cause showed."""
+    """The number of changes of one bound, and of those examined that have the symptom of each cause."""
 
     changes: int = 0
     shows: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ADVICE, 0))
 
     @property
     def cause(self) -> str:
-        """The first cause of `ADVICE` whose symptom showed in half of the changes; "dt" if none did."""
+        """The first cause of `ADVICE` whose symptom appears in half of the changes; "dt" if none does."""
         examined = min(self.changes, _JUDGED)
         return next((cause for cause, shown in self.shows.items() if 2 * shown >= examined), "dt")
 
 
 class AlternationWatch:
-    """Count the alternations of a run tick by tick, with no memory of ticks before the last.
+    """Count the alternations of a run tick by tick; only the last tick is kept.
 
     Args:
         dt: Length of a step [s].
@@ -103,7 +103,7 @@ class AlternationWatch:
         return tuple(sorted(found, key=lambda row: -row.changes))
 
     def _compare(self, previous: Resolution, now: Resolution) -> None:
-        """Count each bound that is active in one of two ticks only, with the symptoms of that change."""
+        """Count each bound that is active in only one of two ticks, with the symptoms of that change."""
         old, new = ({str(row): row.multiplier for row in tick.active} for tick in (previous, now))
         changed = [(name, self._counts.setdefault(name, _Count())) for name in old.keys() ^ new.keys()]
         if any(count.changes < _JUDGED for _, count in changed):
@@ -123,12 +123,12 @@ class AlternationWatch:
 def alternations(
     resolutions: Iterable[Resolution], dt: float, per_second: float = 10.0
 ) -> tuple[Alternation, ...]:
-    """Return the bounds that alternate in a run, each with the cause that is suggested.
+    """Return the bounds that alternate in a run, each with a suggested cause.
 
     The symptoms of a change are, in the order in which the causes are suggested: the multiplier is zero
     (tolerance); a level is near a loss of rank, or its rows changed in one step by more than their smallest
-    singular value (rank); the right-hand side of a task changed sign, or a row went from one of its bounds
-    to the other (gain). Without any of them the length of the step is blamed (dt).
+    singular value (rank); the right-hand side of a task changed sign, or a row went from one of its bounds to
+    the other (gain). If there is no symptom, the suggested cause is the length of the step (dt).
 
     Args:
         resolutions: The answers of the run, tick by tick.
@@ -148,13 +148,13 @@ def alternations(
 
 
 def _may_differ(previous: Resolution, now: Resolution) -> bool:
-    """Return False if the active bounds of two ticks have the same names, without looking names up."""
+    """Return False if the active bounds of two ticks are known to have the same names."""
     same = np.array_equal(previous.state, now.state)
     return not same or not np.array_equal(previous.problem.owner, now.problem.owner)
 
 
 def _crossed(name: str, old: dict[str, float], new: dict[str, float]) -> bool:
-    """Return True if the row of a bound that changed stands at its other bound in the other tick."""
+    """Return True if the row of a changed bound is at its opposite bound in the other tick."""
     row, _, side = name.rpartition(" ")
     other = f"{row} {'lower' if side == 'upper' else 'upper'}"
     return other in (new if name in old else old)

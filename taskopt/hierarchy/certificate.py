@@ -1,4 +1,4 @@
-"""The proof of an answer: KKT residuals of every level, computed by us on the declared rows.
+"""The proof of an answer: KKT residuals of every level, computed from the declared rows.
 
 x is lexicographically optimal if for each level k there are multipliers y_k of the box, the hard rows and the
 rows of all levels before k with
@@ -36,8 +36,9 @@ _PRIMAL = RESIDUALS.index("primal")
 class Certificate:
     """KKT residuals of an answer, level by level.
 
-    Each residual is relative: stationarity and multipliers to the scale of their level (the largest term of
-    its own gradient, at least w ‖a‖² max(1, |x|) of its rows), violations to the largest term of their row.
+    Each residual is relative. Stationarity and multipliers are divided by the scale of their level, which is
+    the largest term of its own gradient and at least w ‖a‖² max(1, |x|) of its rows. Violations are divided
+    by the largest term of their row.
 
     Attributes:
         residuals: (levels + 1, 4), columns as in `RESIDUALS`; the last row belongs to the norm.
@@ -47,7 +48,7 @@ class Certificate:
 
     @cached_property
     def worst(self) -> float:
-        """The largest residual; inf where the answer is not a number."""
+        """The largest residual; inf if the answer is not finite."""
         worst = float(self.residuals.max())
         return worst if np.isfinite(worst) else np.inf
 
@@ -60,7 +61,7 @@ class Certificate:
 
     @property
     def broken_limit(self) -> float:
-        """The largest violation of box and hard rows, relative to the largest term of its row."""
+        """The largest violation of the box and the hard rows, relative to the largest term of the row."""
         return float(self.residuals[:, _PRIMAL].max())
 
     def proves(self, tolerance: float = PROVEN) -> bool:
@@ -79,15 +80,16 @@ class Certificate:
 
 
 def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
-    """Compute the certificate of x with given multipliers, from any resolver or from somebody else.
+    """Compute the certificate of x with given multipliers, from any resolver or from another source.
 
-    `certify_velocity` finds multipliers where only x is known.
+    If only x is known, use `certify_velocity`, which finds multipliers.
 
     Args:
         hierarchy: The problem.
         x: The unknowns, (n,).
-        multipliers: (levels + 1, n + M), box first, then rows, the norm last. Multipliers of a level's own
-            or of later rows are ignored.
+        multipliers: Multipliers (levels + 1, n + M): one line for each level, that of the norm last; in each
+            line those of the box first, then those of the rows. Multipliers of a level for its own rows or
+            for later rows are ignored.
 
     Returns:
         The certificate.
@@ -125,13 +127,13 @@ class _Judged(NamedTuple):
 def certify_kernel(
     buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, x: Array, y: Array, out: Array
 ) -> float:
-    """Fill `out` with the residuals of x and y; return the largest, or inf where something is NaN.
+    """Write the residuals of x and y into `out`, and return the largest, or inf if a number is NaN.
 
     Args:
         buffer: Flat buffer of the hierarchy (see `view`).
         norm: W, (n,) or row by row (n · n,).
         offsets: First rows of the levels, (levels + 2,).
-        columns: As in `Layout`, (M,).
+        columns: Index of the unit vector that a row is, or −1, (M,); see `Layout.columns`.
         x: The unknowns, (n,).
         y: Multipliers, (levels + 1, n + M).
         out: Receives the residuals, (levels + 1, 4).
@@ -169,7 +171,7 @@ def certify_kernel(
 
 @kernel
 def _feasibility(rows: Rows, x: Array, judged: _Judged) -> float:
-    """Fill `judged`, equalities sign-free; return the worst relative violation of box and hard rows."""
+    """Fill `judged`, and return the worst relative violation of the box and the hard rows."""
     n, hard = x.size, rows.offsets[1]
     primal, missing = 0.0, False
     for j in range(n):
@@ -213,8 +215,9 @@ def _level_gradient(
 ) -> float:
     """Fill `gradient` with the stationarity of level k, (n,), and return the scale of the level.
 
-    The scale is the largest term of the level's own gradient, and at least what its rows give for an x of
-    size `reach` = max(1, |x|). Multipliers do not count: two that cancel would make anything look small.
+    The scale is the largest term of the level's own gradient, and at least the size of that gradient for an x
+    of size `reach` = max(1, |x|). Multipliers do not enter, since two large ones that cancel would make every
+    residual look small.
     """
     n, levels, scale = x.size, rows.offsets.size - 2, 0.0
     own, end = rows.offsets[k + 1], rows.offsets[min(k + 2, levels + 1)]
@@ -248,8 +251,8 @@ def _signs_of_level(
 ) -> tuple[float, float]:
     """Return the worst dual and complementarity residuals of level k, relative to its scale.
 
-    A multiplier of the right sign that is certain, so larger than rounding and than the stationarity left
-    over, makes its bound sign-free for the levels after k.
+    A multiplier of the right sign makes its bound sign-free for the levels after k if it is certain, which
+    means larger than rounding and than the remaining stationarity.
     """
     n, inverse = x.size, 1.0 / scale
     certain = max(CERTIFICATE_ROUNDING * scale, CERTAIN_MULTIPLIER * residual)
@@ -274,7 +277,7 @@ def _signs_of_level(
 def _free_violated_rows(
     rows: Rows, judged: _Judged, k: int, reach: float, scale: float, residual: float
 ) -> None:
-    """Make the violated rows of level k sign-free for the levels after it, where the violation is certain."""
+    """Make rows of level k that are certainly violated sign-free for the levels after it."""
     n, levels = rows.box_lower.size, rows.offsets.size - 2
     certain = max(CERTIFICATE_ROUNDING * scale, CERTAIN_MULTIPLIER * residual)
     for i in range(rows.offsets[k + 1], rows.offsets[min(k + 2, levels + 1)]):
@@ -286,10 +289,10 @@ def _free_violated_rows(
 
 @kernel
 def largest_entry(x: Array) -> float:
-    """Return max |x_j|, or NaN if there is one.
+    """Return max |x_j|, or NaN if an entry is NaN.
 
-    The comparison is made on the bits, since those of positive floats are ordered as the floats are: integer
-    comparisons vectorise, and NaN has the largest bits of all.
+    The bits of positive floats, read as integers, have the same order as the floats, and those of NaN are the
+    largest. Integers are compared because the compiler vectorises that.
 
     Args:
         x: Vector, (n,).
@@ -305,7 +308,7 @@ def largest_entry(x: Array) -> float:
 
 @kernel
 def _sign(y: float, value: float, lower: float, upper: float) -> tuple[float, float]:
-    """Return by how much the sign of y is wrong, and min(|y|, distance to the nearer bound).
+    """Return the part of y that has the wrong sign, and min(|y|, distance to the nearer bound).
 
     The residual is the minimum and not the product, since a product of 1e-14 may hide a distance of 1e-7.
     """

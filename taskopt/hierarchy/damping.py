@@ -1,13 +1,14 @@
-"""Damping near singularities: policies that choose k² of (3.59) for every singular direction.
+"""Damping near singularities by policies that choose k² of (3.59) for every singular direction.
 
-A policy gets the singular values σ of a level's rows, as they stand in the null space of the levels before,
-multiplied by √w and in the metric of the norm, and the right-hand side b of the level. It returns k², and the
-level is then solved with
+A policy gets the right-hand side b of a level and the singular values σ of its rows. These rows are first
+projected into the null space of the levels before, multiplied by √w, and taken in the metric of the norm. The
+policy returns k², and the level is then solved with
 
     z = Σ_i σ_i / (σ_i² + k_i²) v_i u_iᵀ b,
 
-which is J* b of (3.59) where all k_i are the same. In the cost, k² multiplies ½ ‖q̇‖² beside ½ ‖b − J q̇‖².
-Damping acts on the inverse only: lower levels still get the undamped null space.
+where u_i and v_i are the left and right singular vectors. This is J* b of (3.59) if all k_i are the same; the
+cost is then ½ ‖b − J q̇‖² + ½ k² ‖q̇‖². Damping acts on the inverse only: lower levels still get the undamped
+null space.
 
 Source: Siciliano, Sciavicco, Villani and Oriolo (2009), "Robotics: Modelling, Planning and Control",
 Sect. 3.5; equation numbers in parentheses are theirs.
@@ -35,7 +36,7 @@ class Damping(Protocol):
 
         Args:
             sigma: Singular values σ of the level, falling, (r,).
-            b: Right-hand side of the level times √w, before the product with Uᵀ, (m,).
+            b: Right-hand side of the level, each row multiplied by √w, (m,).
 
         Returns:
             k², (r,), in the unit of σ².
@@ -45,7 +46,7 @@ class Damping(Protocol):
 
 @dataclass(frozen=True)
 class NoDamping:
-    """No damping, k = 0: exact, with velocities that grow as 1/σ."""
+    """No damping, k = 0: tasks are met exactly, with velocities that grow as 1/σ."""
 
     name: ClassVar[str] = "none"
 
@@ -56,7 +57,7 @@ class NoDamping:
 
 @dataclass(frozen=True)
 class ConstantDamping:
-    """The same k² everywhere (3.59): velocities stay below ‖b‖/(2 k), and every task is missed a little.
+    """The same k² everywhere (3.59): velocities are at most ‖b‖/(2 k), and every task has a small error.
 
     Attributes:
         k: Damping factor, in the unit of σ. Larger values give slower and smoother motions.
@@ -82,7 +83,7 @@ class ConstantDamping:
 
 @dataclass(frozen=True)
 class NakamuraHanafusa:
-    """k² = k0² (1 − w/w0)² where w < w0, else 0, with the manipulability w = √det(J Jᵀ) = Π σ_i (3.56).
+    """Damping by manipulability, w = √det(J Jᵀ) (3.56): k² = k0² (1 − w/w0)² where w < w0, else 0.
 
     Attributes:
         k0: Damping factor at the singularity, in the unit of σ. Larger values give lower velocities there.
@@ -111,11 +112,12 @@ class NakamuraHanafusa:
 
 @dataclass(frozen=True)
 class Chiaverini:
-    """k² = k_max² (1 − (σ_min/ε)²) where σ_min < ε, else 0, the same for every direction.
+    """Damping by the smallest singular value: k² = k_max² (1 − (σ_min/ε)²) where σ_min < ε, else 0.
 
     Attributes:
         k_max: Damping factor at the singularity, in the unit of σ. Larger values give lower velocities there.
-        epsilon: Smallest singular value ε at which damping starts. Larger values make it start earlier.
+        epsilon: Value ε of the smallest singular value below which damping starts. Larger values make it
+            start earlier.
 
     Raises:
         InvalidValue: k_max or epsilon is not a positive number.
@@ -140,14 +142,15 @@ class Chiaverini:
 
 @dataclass(frozen=True)
 class NumericalFiltering:
-    """k_i² = k_max² (1 − (σ_i/ε)²) where σ_i < ε, else 0: only directions about to be lost are damped.
+    """Damping of the nearly lost directions only: k_i² = k_max² (1 − (σ_i/ε)²) where σ_i < ε, else 0.
 
-    With one small singular value this is numerical filtering with the factor of `Chiaverini`. Each further
-    small one gets its own factor, so that nothing jumps where two singular values cross.
+    If one singular value is small, this is numerical filtering with the factor of `Chiaverini`. Every further
+    small singular value has a factor of its own, so that velocities do not jump when two singular values
+    cross.
 
     Attributes:
         k_max: Damping factor where σ_i = 0, in the unit of σ. Larger values give lower velocities there.
-        epsilon: Singular value ε at which the damping of its direction starts.
+        epsilon: Singular value ε below which a direction is damped. Larger values make damping start earlier.
 
     Raises:
         InvalidValue: k_max or epsilon is not a positive number.
@@ -171,14 +174,15 @@ class NumericalFiltering:
 
 @dataclass(frozen=True)
 class Sugihara:
-    """k² = ½ ‖e‖² + bias: damping by the error of the task, so that it nearly vanishes at the goal.
+    """Damping by the error e of the task, which nearly vanishes at the goal: k² = ½ ‖e‖² + bias.
 
     A level has the right-hand side b = ẋ_d + K e, and e is computed as b / `gain`. This is exact for a target
-    at rest, one gain K and weights of one; the feedforward ẋ_d of a moving target is taken for error.
+    at rest, a single gain K and weights of one; the feedforward ẋ_d of a moving target counts as a part of
+    the error.
 
     Attributes:
         gain: Gain K of the task [1/s].
-        bias: The part of k² that is always there, in the unit of σ².
+        bias: Constant part of k², in the unit of σ².
 
     Raises:
         InvalidValue: `gain` or `bias` is not a positive number.

@@ -1,4 +1,4 @@
-"""An answer in words: what is met, what is not and by how much, what holds it back, and the proof."""
+"""Explanation of an answer in words: tasks that are met or missed, active limits, and the proof."""
 
 from collections.abc import Sequence
 
@@ -33,7 +33,7 @@ def explain(
     active: Sequence[Active],
     review: Review | None,
 ) -> str:
-    """Explain an answer in plain sentences, a line each, with the units that the rows were declared in.
+    """Explain an answer in plain sentences, one on each line, in the units of the declared rows.
 
     Args:
         problem: The hierarchy that was answered.
@@ -41,7 +41,7 @@ def explain(
         status: What the resolver claims.
         certificate: The proof.
         active: The limits and inequalities that are active.
-        review: Accuracy, ranks and causes, where a reviewer looked at them.
+        review: Accuracy, ranks and causes; None if the answer was not reviewed.
 
     Returns:
         The text.
@@ -74,7 +74,7 @@ def _proof(status: Status, certificate: Certificate) -> str:
 
 
 def _accuracy(review: Review) -> list[str]:
-    """Return how far x is from its active set solved again; nothing for a closed form."""
+    """Return a sentence on the error of x; nothing for a closed form."""
     if np.isnan(review.error):
         return []
     asked = f"{review.accuracy:.0e} was asked for"
@@ -84,7 +84,7 @@ def _accuracy(review: Review) -> list[str]:
 
 
 def _closed_form(review: Review) -> list[str]:
-    """Return lost ranks, damping, and the distance to the closed form with its causes."""
+    """Return sentences on lost ranks, damping, and the distance to the closed form with its causes."""
     lines = [line for level in review.levels for line in _decided(level)]
     head = f"Closed form: {review.difference:.3g} apart"
     if review.causes:
@@ -93,7 +93,7 @@ def _closed_form(review: Review) -> list[str]:
 
 
 def _decided(level: LevelAccount) -> list[str]:
-    """Return what became of the rank of one level, where there is something to say."""
+    """Return sentences on the rank of one level, if it is not full or was damped."""
     name = f"Level {level.level}" if level.level else "Hard rows"
     lines = []
     if level.lost:
@@ -105,7 +105,7 @@ def _decided(level: LevelAccount) -> list[str]:
 
 
 def _task(problem: Hierarchy, x: Array, block: Block) -> str:
-    """Return 'Level 1, hand: met', or what the worst row of the task lacks."""
+    """Return 'Level 1, hand: met', or the error of the worst row of the task."""
     rows = block.rows
     head = f"Level {block.level}, {block.name}:"
     if block.start == block.stop:
@@ -124,7 +124,7 @@ def _task(problem: Hierarchy, x: Array, block: Block) -> str:
 
 
 def _broken_limits(problem: Hierarchy, x: Array) -> list[str]:
-    """Return a sentence for each limit that x breaks, as only a closed form does."""
+    """Return a sentence for each limit that x violates, which only a closed form may do."""
     stop = int(problem.layout.offsets[1])
     value, (lower, upper) = problem.values(x, stop), problem.bounds(stop)
     outside = excess(value, lower, upper)
@@ -134,7 +134,7 @@ def _broken_limits(problem: Hierarchy, x: Array) -> list[str]:
 
 
 def _held_back(active: Active, levels: int) -> str:
-    """Return what a bound costs: by how much the level's cost falls per unit that the bound gives way."""
+    """Return a sentence on a bound and the rate at which the level's cost falls as the bound gives way."""
     if active.multiplier == 0.0:
         return f"  {active}: met exactly, at no price."
     level = f"level {active.level}" if active.level <= levels else "the norm"

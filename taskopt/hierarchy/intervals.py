@@ -1,4 +1,4 @@
-"""Where values stand relative to their bounds: the one place that says how far outside an interval is."""
+"""Distances of values from their bounds, as every module of the package measures them."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from taskopt.arrays import Array, IntArray
 
 
 def excess(value: Array, lower: Array, upper: Array) -> Array:
-    """Return by how much each value lies outside its interval: max(lower − value, value − upper).
+    """Return the excess of each value over its interval, max(lower − value, value − upper).
 
     Args:
         value: Values, (m,).
@@ -14,13 +14,14 @@ def excess(value: Array, lower: Array, upper: Array) -> Array:
         upper: Upper bounds, (m,); inf where there is none.
 
     Returns:
-        (m,) in the unit of the values: positive outside, negative inside, the distance to the nearer bound.
+        (m,) in the unit of the values: positive outside the interval and negative inside; the magnitude is
+        the distance to the nearer bound.
     """
     return np.maximum(lower - value, value - upper)
 
 
 def signed_distance(value: Array, lower: Array, upper: Array) -> Array:
-    """Return the distance of each value to its interval, with the sign of the side that it left.
+    """Return the distance of each value to its interval, with a sign for the side.
 
     Args:
         value: Values, (m,).
@@ -34,7 +35,7 @@ def signed_distance(value: Array, lower: Array, upper: Array) -> Array:
 
 
 def nearer_side(value: Array, lower: Array, upper: Array) -> IntArray:
-    """Return the side of the bound that each value is nearer to.
+    """Return the side of the nearer bound of each value.
 
     Args:
         value: Values, (m,).
@@ -42,6 +43,6 @@ def nearer_side(value: Array, lower: Array, upper: Array) -> IntArray:
         upper: Upper bounds, (m,).
 
     Returns:
-        (m,): 1 where the upper bound is at most as far as the lower one, else −1.
+        (m,): 1 where the upper bound is at least as near as the lower one, else −1.
     """
     return np.where(np.abs(upper - value) <= np.abs(value - lower), 1, -1)

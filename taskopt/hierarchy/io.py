@@ -1,4 +1,4 @@
-"""A hierarchy as one file: numbers as arrays, names as JSON text. Nothing in it is ever executed."""
+"""Files of hierarchies: numbers as arrays, names as JSON text. Nothing in a file is ever executed."""
 
 import json
 from dataclasses import asdict
@@ -20,7 +20,7 @@ def write(path: Path, layout: Layout, buffer: Array, norm: Array) -> None:
     """Write names and numbers of a hierarchy to one .npz file.
 
     Args:
-        path: The file; it is written as a whole or not at all.
+        path: The file; it is written completely or not at all.
         layout: Names and sizes.
         buffer: The flat buffer, (`layout.size`,).
         norm: W, (n,) or (n, n).
@@ -33,7 +33,7 @@ def write(path: Path, layout: Layout, buffer: Array, norm: Array) -> None:
 
 
 def read(path: Path) -> tuple[Layout, Array, Array]:
-    """Read what `write` wrote.
+    """Read a file that `write` wrote.
 
     Args:
         path: The file.
@@ -43,7 +43,7 @@ def read(path: Path) -> tuple[Layout, Array, Array]:
 
     Raises:
         MissingFile: There is no such file.
-        InvalidValue: The file is none of ours, or its numbers do not fit its names.
+        InvalidValue: `write` did not write the file, or its numbers do not fit its names.
     """
     if not path.is_file():
         raise MissingFile(f"no hierarchy file '{path}'; Hierarchy.save(path) writes one")
@@ -62,7 +62,7 @@ def read(path: Path) -> tuple[Layout, Array, Array]:
 
 
 def _layout(names: dict[str, Any]) -> Layout:
-    """Return the layout that JSON text holds; wrong text raises whatever reading it raises."""
+    """Make the layout from the names in a file; errors of wrong names are passed on."""
     if names.pop("format") not in (_WITHOUT_LABELS, _FORMAT):
         raise ValueError(f"this version reads the formats {_WITHOUT_LABELS} and {_FORMAT}")
     blocks = tuple(Block(**_with_tuples(block)) for block in names.pop("blocks"))

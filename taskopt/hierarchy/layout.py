@@ -12,9 +12,9 @@ from taskopt.hierarchy.view import answer_size, buffer_size
 
 
 def numbered(names: Iterable[str]) -> list[str]:
-    """Return the names made different from each other: one that is taken gets the next free number.
+    """Make names different from each other: a name that is taken gets the next free number.
 
-    Rows, pictures and logs all use this function, so that a thing has one name everywhere.
+    Rows, pictures and logs all use this function, so that each thing has the same name everywhere.
 
     Args:
         names: Names, some of them perhaps equal.
@@ -67,8 +67,8 @@ class Layout:
         blocks: Blocks of rows in order.
         level_count: Number of levels, the hard rows and the norm not counted.
         owners: Names of the limits that a bound on an unknown may come from.
-        column: For each row j if it is the unit vector e_j at every tick, else −1; empty if none is.
-            Kernels use it to skip work.
+        column: For each row, the index j if the row is the unit vector e_j at every tick, else −1; empty if
+            there is no such row. Kernels use it to skip work.
         unknown_units: Unit of each unknown; empty where the unknowns are plain numbers.
     """
 
@@ -91,7 +91,7 @@ class Layout:
 
     @cached_property
     def width(self) -> int:
-        """n + M: the length of an active set, and of the multipliers of one level."""
+        """The number n + M, which is the length of an active set and of the multipliers of one level."""
         return self.n + self.row_count
 
     @cached_property
@@ -104,7 +104,7 @@ class Layout:
 
     @cached_property
     def columns(self) -> IntArray:
-        """`column` as an array, (M,); −1 everywhere if none was given."""
+        """`column` as an array, (M,); −1 everywhere if `column` is empty."""
         if not self.column:
             return np.full(self.row_count, -1, dtype=np.int64)
         return np.array(self.column, dtype=np.int64)

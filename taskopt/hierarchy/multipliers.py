@@ -1,9 +1,10 @@
-"""Multipliers for a bare x, so that anybody's velocity can be certified.
+"""Multipliers for an x that comes without any, so that every velocity can be certified.
 
-Level by level, the y that comes nearest to stationarity is fitted: sign-free rows take either sign, other
-rows at a bound take the sign of their side, rows away from their bounds take none (non-negative least
-squares, Lawson and Hanson 1974, "Solving Least Squares Problems", Chapter 23). If x is the lexicographic
-optimum, such y exist (Dimitrov, Sherikov and Wieber 2015, Sect. 2), so a bad fit means a bad x.
+Level by level, the multipliers y with the smallest stationarity residual are fitted. Those of sign-free rows
+may have either sign, those of other rows at a bound have the sign of their side, and those of rows away from
+their bounds are zero (non-negative least squares, Lawson and Hanson 1974, "Solving Least Squares Problems",
+Chapter 23). If x is the lexicographic optimum, y with residual zero exist (Dimitrov, Sherikov and Wieber
+2015, Sect. 2), so that a bad fit means that x is not the optimum.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ _ITERATIONS_PER_COLUMN = 30  # of the non-negative fit; SciPy's own 3 is too few
 
 
 def certify_velocity(hierarchy: Hierarchy, x: ArrayLike) -> Certificate:
-    """Compute the certificate of somebody's x, with the multipliers that speak best for it.
+    """Compute the certificate of any x, with the multipliers that fit it best.
 
     Args:
         hierarchy: The problem.
@@ -41,10 +42,12 @@ def find_multipliers(hierarchy: Hierarchy, x: Array, near: float = AT_BOUND) -> 
     Args:
         hierarchy: The problem.
         x: The unknowns, (n,), finite.
-        near: Distance to a bound, relative to max(1, largest term of the row), that counts as none.
+        near: Distance to a bound, relative to max(1, largest term of the row), up to which x counts as at the
+            bound.
 
     Returns:
-        (levels + 1, n + M): box first, then rows; the last line belongs to the norm.
+        Multipliers (levels + 1, n + M): one line for each level, that of the norm last; in each line those of
+            the box first, then those of the rows.
     """
     n, offsets = hierarchy.n, hierarchy.layout.offsets
     levels = hierarchy.layout.level_count
@@ -67,7 +70,7 @@ def find_multipliers(hierarchy: Hierarchy, x: Array, near: float = AT_BOUND) -> 
 
 
 def _roles(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[Mask, IntArray]:
-    """Return which rows of G are sign-free, and at which bound (−1, 0, 1) each stands, (n + M,) both."""
+    """Return (n + M,) True for sign-free rows of G, and (n + M,) the bound of each (−1 lower, 0, 1 upper)."""
     lower, upper = hierarchy.bounds()
     value = G @ x
     scale = np.maximum(1.0, np.abs(G * x).max(axis=1))
@@ -97,9 +100,9 @@ def _fit(gradient: Array, free: Array, signed: Array, side: IntArray) -> tuple[A
 
 
 def _non_negative(columns: Array, target: Array) -> Array:
-    """Return u ≥ 0 with least ‖columns u − target‖, or zeros where the fit does not end.
+    """Return u ≥ 0 with the least ‖columns u − target‖, or zeros if the fit does not converge.
 
-    Without multipliers the certificate refuses x, so that an unfinished fit proves nothing.
+    With zeros the certificate refuses x, so that a fit that does not converge proves nothing.
     """
     try:
         return nnls(columns, target, maxiter=_ITERATIONS_PER_COLUMN * columns.shape[1])[0]

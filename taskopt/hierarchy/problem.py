@@ -1,7 +1,7 @@
 """A hierarchy: rows in strict levels inside hard limits at one tick, with their names.
 
 Level k = 1, 2, … asks for lower ≤ A x ≤ upper in weighted least squares (an equality is lower = upper),
-strictly after the levels before it; the norm decides what stays free:
+without making any level before it worse. The norm decides the directions that all levels leave free:
 
     lex min ( ½ Σ w_i d_i(x)² of level 1, of level 2, …, ½ xᵀ W x )
     s.t.    box_lower ≤ x ≤ box_upper,  lower_0 ≤ A_0 x ≤ upper_0,
@@ -31,7 +31,8 @@ Pair = tuple[ArrayLike, ArrayLike]  # (A, b) of equalities
 class Level:
     """Rows of one priority: A x = b, or lower ≤ A x ≤ upper, each with a weight.
 
-    With both `b` and bounds, the level holds the equalities and, below them, the inequalities on the same A.
+    If both `b` and bounds are given, the level has the equalities first and then the inequalities on the same
+    A.
 
     Args:
         A: Rows, (m, n).
@@ -108,7 +109,7 @@ class LevelRows:
         return signed_distance(self.A @ x, self.lower, self.upper)
 
     def cost(self, x: Array) -> float:
-        """Return what the level minimises, ½ Σ w d².
+        """Return the cost that the level minimises, ½ Σ w d².
 
         Args:
             x: The unknowns, (n,).
@@ -120,13 +121,14 @@ class LevelRows:
 
 
 class Hierarchy:
-    """Levels of rows in strict order, hard limits around them, and the norm of what stays free.
+    """A problem of one tick: levels of rows in strict order, hard limits, and the norm W.
 
     Args:
         levels: The levels, highest priority first, each a `Level` or a pair (A, b).
         box: Bounds (lower, upper) of x, (n,) each; None for no bounds.
-        limits: A `Level` or a pair (A, b) whose rows must hold, whatever the levels want.
-        norm: W: its diagonal (n,), or a symmetric positive definite matrix (n, n). None for the identity.
+        limits: Hard rows, as a `Level` or a pair (A, b); they hold whatever the levels ask for.
+        norm: W, symmetric and positive definite (n, n), or its diagonal (n,). Of all x that are optimal for
+            all levels, that with the least ½ xᵀ W x is the answer. None for the identity.
         unknowns: Names of the entries of x; by default x0, x1, ….
 
     Raises:
@@ -165,7 +167,7 @@ class Hierarchy:
 
     @staticmethod
     def view(layout: Layout, buffer: Array, norm: Array) -> "Hierarchy":
-        """Return a hierarchy over arrays that somebody else fills; nothing is copied or checked.
+        """Make a hierarchy of existing arrays, without copies and checks.
 
         Args:
             layout: Names and sizes.
@@ -173,27 +175,27 @@ class Hierarchy:
             norm: W, (n,) or (n, n).
 
         Returns:
-            The hierarchy; what is written into the buffer later shows in it.
+            The hierarchy; it changes when the buffer is written to.
         """
         self = object.__new__(Hierarchy)
         self.layout, self.buffer, self.norm = layout, buffer, _read_only(norm)
         return self
 
     def copy(self) -> "Hierarchy":
-        """Return the same problem in memory of its own; layout and norm, which never change, are shared."""
+        """Copy the problem; the layout and the norm, which never change, are shared."""
         return Hierarchy.view(self.layout, self.buffer.copy(), self.norm)
 
     def save(self, path: str | Path) -> None:
         """Write the problem with its names to one .npz file, so that it can be resolved elsewhere.
 
         Args:
-            path: The file; it is written as a whole or not at all.
+            path: The file; it is written completely or not at all.
         """
         io.write(Path(path), self.layout, self.buffer, self.norm)
 
     @staticmethod
     def load(path: str | Path) -> "Hierarchy":
-        """Return what `save` wrote, bit by bit.
+        """Read a hierarchy that `save` wrote; all numbers are the same to the last bit.
 
         Args:
             path: The file.
@@ -286,7 +288,7 @@ class Hierarchy:
         return np.diag(self.norm) if self.norm.ndim == 1 else self.norm
 
     def bounds(self, stop: int | None = None) -> tuple[Array, Array]:
-        """Return lower and upper bounds of the unknowns and, after them, of the rows.
+        """Return the lower and the upper bounds of the unknowns, followed by those of the rows.
 
         Args:
             stop: Take only the rows before this one; None for all.
@@ -298,7 +300,7 @@ class Hierarchy:
         return lower, np.concatenate([self.box_upper, self.upper[:stop]])
 
     def values(self, x: Array, stop: int | None = None) -> Array:
-        """Return x followed by A x, the values that `bounds` holds the bounds of.
+        """Return x followed by A x, which are the values that `bounds` bounds.
 
         Args:
             x: The unknowns, (n,).
@@ -310,7 +312,7 @@ class Hierarchy:
         return np.concatenate([x, self.A[:stop] @ x])
 
     def name_of(self, i: int, upper: bool) -> str:
-        """Return the name of a bound: of the limit and the unknown that it bounds, or of the row.
+        """Return the name of a bound: that of its limit and unknown, or that of its row.
 
         Args:
             i: Index of an unknown, i < n, or n plus the index of a row.
@@ -331,7 +333,7 @@ class Hierarchy:
 
 
 def checked_norm(norm: ArrayLike | None, n: int) -> Array:
-    """Return W of the norm ½ xᵀ W x as an array.
+    """Check the matrix W of the norm ½ xᵀ W x, and return it as an array.
 
     Args:
         norm: The diagonal (n,), a symmetric positive definite matrix (n, n), or None for the identity.
@@ -354,7 +356,7 @@ def checked_norm(norm: ArrayLike | None, n: int) -> Array:
 
 
 def _read_only(norm: Array) -> Array:
-    """Return a view of W that nobody can write to: copies and resolutions share it."""
+    """Return a read-only view of W, since copies and resolutions share it."""
     view = norm.view()
     view.flags.writeable = False
     return view
@@ -411,7 +413,7 @@ def _check_order(lower: Array, upper: Array, name: str) -> None:
 
 
 def _weights(weight: ArrayLike, m: int, parts: int) -> Array:
-    """Return the weights of m rows that stand `parts` times below each other."""
+    """Return the weights of m rows, repeated `parts` times."""
     w = finite("weight", weight, (m,) if np.ndim(weight) else ())
     if (w <= 0.0).any():
         raise InvalidValue(f"weight must be > 0, got {w.min():g}")

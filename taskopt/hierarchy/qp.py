@@ -1,8 +1,9 @@
-"""One quadratic program, its solution, and how far a solution is from optimal.
+"""Quadratic programs, their solutions, and the KKT residuals of a solution.
 
     min ½ xᵀ H x + gᵀ x   s.t.   lower ≤ C x ≤ upper,  box_lower ≤ x ≤ box_upper
 
-with stationarity H x + g + Cᵀ y + y_box = 0: a multiplier is > 0 at the upper bound.
+Stationarity is H x + g + Cᵀ y + y_box = 0, so that a multiplier is positive at an upper bound and negative at
+a lower one.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ _PARTS = ("H", "g", "C", "lower", "upper", "box_lower", "box_upper")
 
 @dataclass(frozen=True, eq=False)
 class QuadraticProgram:
-    """A convex quadratic program; an equality is lower = upper, and "no rows" is C with no rows.
+    """A convex quadratic program; an equality is lower = upper, and C may have no rows.
 
     Attributes:
         H: Hessian, symmetric positive semidefinite, (n, n).
@@ -51,7 +52,7 @@ class QuadraticProgram:
         box_lower: ArrayLike | None = None,
         box_upper: ArrayLike | None = None,
     ) -> "QuadraticProgram":
-        """Return a program from arrays that are checked; what is left out is no row, or no bound.
+        """Make a program of arrays, and check them. Arrays that are left out mean no rows, or no bounds.
 
         Args:
             H: Hessian, (n, n).
@@ -154,16 +155,16 @@ class Solution:
 
 
 def kkt_residuals(qp: QuadraticProgram, solution: Solution) -> tuple[float, float, float, float]:
-    """Compute how far a solution is from optimal.
+    """Compute the KKT residuals of a solution, which are zero for an optimum.
 
     Args:
         qp: The program.
         solution: Its solution, with multipliers.
 
     Returns:
-        Stationarity, primal, dual and complementarity residual: each relative to max(1, the largest term that
-        is summed), complementarity as min(|y|, distance to the bound of that sign). All inf where a number is
-        not finite.
+        Stationarity, primal, dual and complementarity residual: each relative to max(1, the largest term of
+            its sum). Complementarity is min(|y|, distance to the bound that has the sign of y). All are inf
+            if a number is not finite.
     """
     if not all(np.isfinite(part).all() for part in (solution.x, solution.y, solution.y_box)):
         return np.inf, np.inf, np.inf, np.inf

@@ -1,4 +1,4 @@
-"""Decide rank in one place: which singular values count, which rows are equalities, and what W changes."""
+"""Decisions on rank: singular values that count, equality rows of each level, and roots of W."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,14 +16,15 @@ from taskopt.hierarchy.tolerances import LOST, REGAINED
 class RankRule:
     """A threshold with hysteresis for singular values.
 
-    A direction is lost where σ ≤ lost · scale; once lost, it is back where σ > regained · scale. `scale` is
-    the size of the rows that σ comes from, before projection. Between the two thresholds the rank stays what
-    it was at the last tick, so that it does not alternate. A larger `lost` gives a direction up sooner:
-    velocities stay below 1/(lost · scale) times the task's, and the task is missed along that direction.
+    A direction is lost if σ ≤ lost · scale. Once lost, it is regained if σ > regained · scale. `scale` is the
+    size of the rows that σ comes from, before they are projected. Between the two thresholds the rank stays
+    as in the last tick, so that it does not alternate. A larger `lost` gives up a direction sooner: the
+    velocity is at most 1/(lost · scale) times the velocity of the task, and the task is missed along a lost
+    direction.
 
     Attributes:
         lost: Relative singular value at or below which a direction is lost.
-        regained: Relative singular value above which a lost direction is back.
+        regained: Relative singular value above which a lost direction is regained.
 
     Raises:
         InvalidValue: 0 < lost ≤ regained < 1 does not hold.
@@ -41,7 +42,7 @@ class RankRule:
             raise InvalidValue(f"0 < lost ≤ regained < 1 is needed, got {self.lost} and {self.regained}")
 
     def rank(self, sigma: Array, scale: float, before: int | None = None) -> int:
-        """Return how many singular values count.
+        """Return the number of singular values that count.
 
         Args:
             sigma: Singular values, falling, (r,).
@@ -60,12 +61,12 @@ class RankRule:
     def account(
         self, level: int, rows: int, free: int, sigma: Array, scale: float, before: Sequence[int]
     ) -> LevelAccount:
-        """Return the rank of a level together with the singular values that decided it.
+        """Return the rank of a level, together with the singular values next to the threshold.
 
         Args:
             level: 0 for the hard rows, 1 for the first priority, and so on.
             rows: Number of equality rows of the level.
-            free: Number of directions that the levels before left.
+            free: Number of directions that the levels before left free.
             sigma: Singular values of the rows in those directions, falling.
             scale: Size of the rows before projection.
             before: Ranks of all levels in the last tick; empty if there was none.
@@ -83,10 +84,10 @@ RULE = RankRule()
 
 
 def row_scale(J: Array, root: Array) -> float:
-    """Return the size of weighted rows before projection: the largest of all √w and all row norms.
+    """Return the size of weighted rows before projection, which is the largest of all √w and row norms.
 
     Args:
-        J: Rows times √w, (m, n).
+        J: Rows multiplied by √w, (m, n).
         root: √w, (m,).
 
     Returns:
@@ -99,7 +100,7 @@ def equality_levels(hierarchy: Hierarchy) -> Iterator[tuple[Array, Array, Array]
     """Yield A, b and weight of the equality rows: the hard ones first, then level by level.
 
     Args:
-        hierarchy: The problem. Unknowns whose two bounds agree count among the hard rows.
+        hierarchy: The problem. An unknown whose two bounds are equal counts as a hard row.
 
     Yields:
         A (m, n), b (m,) and weight (m,) of each level.

@@ -1,4 +1,4 @@
-"""The answer to a hierarchy: x, what each task still lacks, what holds it back, and the proof."""
+"""The answer to a hierarchy: x, the residual of each task, the active limits, and the proof."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -19,23 +19,23 @@ from taskopt.hierarchy.view import Answer, answer_of, x_of
 
 
 class Resolution:
-    """x with its multipliers and certificate, and a copy of the hierarchy that it answers.
+    """The answer x to a hierarchy, with multipliers, certificate, and a copy of that hierarchy.
 
-    The arrays end with a copy of the problem, so that a resolution stays true when the next tick overwrites
-    the hierarchy. Everything beyond x is derived when it is first asked for.
+    Because of the copy a resolution does not change when the next tick overwrites the hierarchy. Everything
+    except x is computed at the first access.
 
     Args:
-        source: The hierarchy that was resolved; it lends layout and norm, which never change.
+        source: The hierarchy that was resolved; its layout and norm, which never change, are shared.
         answer: The flat answer (see `view`), which ends with a copy of the hierarchy's buffer.
         state: Final active set, (n + M,): −1 where a lower bound is active, 1 for an upper bound, else 0.
         status: What the resolver claims.
         iterations: Number of iterations or factorisations that the resolver needed.
-        reviewer: Whoever reviews the answer at the first question that needs it.
+        reviewer: Function that makes the review of the answer when it is first needed, see `review`.
 
     Attributes:
         x: The unknowns, (n,).
-        notes: Sentences that say what was done to get an answer at all, or why a formula gives none.
-        fallback: Name of the method that answered where `active-set` could not; None where it did.
+        notes: Sentences on measures that were needed to get an answer, or on why a formula gives none.
+        fallback: Name of the method that answered because `active-set` failed; None if it did not fail.
     """
 
     notes: tuple[str, ...] = ()
@@ -91,7 +91,7 @@ class Resolution:
 
     @cached_property
     def _problem(self) -> Hierarchy:
-        """The same, made when it is first asked for."""
+        """The problem, made at the first access."""
         return Hierarchy.view(self.source.layout, self._parts.problem, self.source.norm)
 
     @property
@@ -106,7 +106,7 @@ class Resolution:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """KKT residuals by level. A closed form has them, too, although it claims no optimum."""
+        """KKT residuals of every level, also for a closed form, which claims no optimum."""
         return Certificate(self._parts.residuals)
 
     @property
@@ -116,15 +116,15 @@ class Resolution:
 
     @cached_property
     def review(self) -> Review | None:
-        """Closed-form answer, error of x, ranks, damping and causes of difference; None if none was made."""
+        """Review with closed-form answer, error of x, ranks, damping and causes; None without a reviewer."""
         return None if self._reviewer is None else self._reviewer(self)
 
     @property
     def accurate(self) -> bool:
-        """True if x was shown to be within the accuracy asked for, relative to its largest entry.
+        """True if the error of x, relative to its largest entry, is at most the requested accuracy.
 
-        The problem is solved again on the final active set by orthogonal factorisation. False for a closed
-        form, which has nothing to be compared with.
+        To find the error, the problem is solved again on the final active set by orthogonal factorisation.
+        False for a closed form, for which this is not done.
         """
         return self.review is not None and self.review.error <= self.review.accuracy
 
@@ -151,7 +151,7 @@ class Resolution:
 
     @cached_property
     def level_multipliers(self) -> tuple[Active, ...]:
-        """Multiplier (the price) of every active bound at every level where it has one, level by level."""
+        """Multiplier of every active bound at every level where it has one, level by level."""
         return level_multipliers(self.problem, self.state, self.multipliers)
 
     @cached_property
@@ -162,7 +162,7 @@ class Resolution:
         return {block.name: lack[block.rows] for block in problem.layout.blocks if block.level > 0}
 
     def explain(self) -> str:
-        """Return in words and numbers what is met, what is not, and which limits keep it so."""
+        """Return a text that names the tasks that are met or missed, and the limits that hold them back."""
         finite = bool(np.isfinite(self.x).all())
         text = explain(
             self.problem,

@@ -1,4 +1,4 @@
-"""The review of an answer: its accuracy, its ranks, and why it differs from the closed-form answer."""
+"""The review of an answer: its accuracy, its ranks, and its difference from the closed-form answer."""
 
 from typing import NamedTuple, Protocol
 
@@ -6,7 +6,7 @@ from taskopt.arrays import Array
 
 
 class Cause(NamedTuple):
-    """One reason why an answer differs from its closed-form answer.
+    """A reason why an answer differs from the closed-form answer to the same problem.
 
     Attributes:
         kind: "limit", "rank", "damping", "formula" or "accuracy".
@@ -26,11 +26,11 @@ class LevelAccount(NamedTuple):
     Attributes:
         level: 0 for the hard rows, 1 for the first priority, and so on.
         rows: Number of equality rows.
-        free: Number of directions that the levels before left.
+        free: Number of directions that the levels before left free.
         rank: Number of directions that this level decided.
-        kept: Smallest singular value that counts, relative to the size of the rows; inf if there is none.
-        dropped: Largest singular value that does not count, likewise; 0 if there is none.
-        damping: The largest k² that any of its directions was damped with.
+        kept: Smallest singular value that counts, relative to the size of the rows; inf if none counts.
+        dropped: Largest singular value that does not count, relative to the size of the rows; 0 if all count.
+        damping: The largest k² with which one of its directions was damped.
     """
 
     level: int
@@ -43,31 +43,31 @@ class LevelAccount(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """Number of directions that the rows could have decided and did not."""
+        """Number of directions that the rows could have decided but did not, because they were lost."""
         return min(self.rows, self.free) - self.rank
 
 
 class Review(Protocol):
-    """The review of an answer; each part is computed when it is first asked for."""
+    """The review of an answer; each part is computed at the first access."""
 
     @property
     def accuracy(self) -> float:
-        """Error of x, relative to its largest entry, that the resolver was asked for."""
+        """Largest error of x, relative to its largest entry, that the resolver was asked to keep to."""
         ...
 
     @property
     def closed_form(self) -> Array:
-        """Undamped closed-form answer to the same problem, (n,); it knows no inequality."""
+        """Undamped closed-form answer to the same problem, (n,), which does not consider inequalities."""
         ...
 
     @property
     def difference(self) -> float:
-        """Largest entry of |x − closed-form answer|."""
+        """Largest entry of |x − closed_form|."""
         ...
 
     @property
     def error(self) -> float:
-        """Error of x against x solved again on its final active set, relative to x; NaN for a closed form."""
+        """Relative error of x, found by solving again on its final active set; NaN for a closed form."""
         ...
 
     @property
@@ -77,5 +77,5 @@ class Review(Protocol):
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """Reasons why x differs from the closed form by more than the accuracy; empty if it does not."""
+        """Reasons why x differs from `closed_form` by more than the accuracy; empty if it does not."""
         ...

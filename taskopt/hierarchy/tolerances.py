@@ -1,8 +1,8 @@
-"""Every tolerance of the package, in one table: what it decides, and what another value would do.
+"""All tolerances of the package, each with its purpose and the effect of a smaller or larger value.
 
-Tolerances are plain numbers, since compiled kernels read them as constants. Counts, such as how often a
-search may be repeated, stand where they are used, with their reason. "Relative to the row" means relative to
-the Euclidean norm of the row, or to its largest term |A_ij x_j| where the entry says so.
+Tolerances are plain numbers, since compiled kernels read them as constants. Counts, such as the number of
+times that a search may be repeated, are defined where they are used, with their reason. "Relative to the row"
+means relative to the Euclidean norm of the row, or to its largest term |A_ij x_j| where the entry says so.
 """
 
 # --- Proof of an answer: hierarchy/certificate, hierarchy/multipliers, hierarchy/qp --------------------

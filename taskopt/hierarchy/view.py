@@ -1,16 +1,16 @@
-"""The memory layout of a hierarchy and of its answer: the only module that knows an offset.
+"""The memory layout of a hierarchy and of its answer; no other module depends on an offset.
 
-A hierarchy lives in one flat float64 buffer, so that a tick is handed to a compiled kernel, copied or
-logged as one thing; an answer lives in another one, which ends with a copy of the hierarchy that it
-answers. With n unknowns, M rows and L levels the two are, in this order:
+A hierarchy is one flat float64 buffer, so that a tick can be passed to a compiled kernel, copied or logged as
+one array. An answer is another flat array, which ends with a copy of the hierarchy that it answers. With n
+unknowns, M rows and L levels the two are, in this order:
 
     buffer   A (M, n), lower (M,), upper (M,), weight (M,), label (M,),
              box lower (n,), box upper (n,), owner of each box lower and of each box upper bound (2, n)
     answer   x (n,), multipliers (L + 1, n + M), KKT residuals (L + 1, 4), buffer
 
-The records below are built from these arrays as views: nothing is copied. Compiled kernels build them for
-nothing, since the compiler sees through a NamedTuple; a NamedTuple that crosses from Python into a kernel
-would cost more than a microsecond, so kernels that Python calls take the flat arrays.
+The records below consist of views into these arrays, so that nothing is copied. In compiled code they cost
+nothing, since the compiler removes a NamedTuple. A NamedTuple that is passed from Python to a kernel would
+cost more than a microsecond; kernels that Python calls therefore take the flat arrays.
 """
 
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class Rows(NamedTuple):
         box_upper: Upper bounds of x, (n,).
         norm: The norm W that decides what stays free: its diagonal (n,), or all of it row by row (n · n,).
         offsets: First row of the hard rows, of level 1, 2, …, and the end, (L + 2,).
-        columns: For each row j if it is the unit vector e_j for good, else −1, (M,).
+        columns: For each row, the index j if the row is always the unit vector e_j, else −1, (M,).
     """
 
     A: Array
@@ -98,9 +98,9 @@ def rows_of(buffer: Array, n: int, norm: Array, offsets: IntArray, columns: IntA
     Args:
         buffer: The flat buffer, (`buffer_size(n, M)`,).
         n: Number of unknowns.
-        norm: Passed through, see `Rows`.
-        offsets: Passed through; its last entry is M.
-        columns: Passed through.
+        norm: Norm W that the views get, see `Rows`.
+        offsets: First row of the hard rows and of each level, and the end M, (L + 2,).
+        columns: Indices of unit vectors, see `Rows`, (M,).
 
     Returns:
         The views.
@@ -137,7 +137,7 @@ def box_of(buffer: Array, n: int) -> Array:
 
 
 def x_of(answer: Array, n: int) -> Array:
-    """Return the unknowns of an answer as a view; for one that is made on every tick.
+    """Return the unknowns of an answer as a view; every tick calls this function.
 
     Args:
         answer: The flat answer.

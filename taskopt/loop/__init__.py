@@ -1,1 +1,1 @@
-"""The control loop: one tick, used by `Controller` and by `run`; and the scenarios that a run resolves."""
+"""The control loop: one tick, which `Controller` and `run` use, and the scenarios that `run` resolves."""

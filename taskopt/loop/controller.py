@@ -1,4 +1,4 @@
-"""A stack inside somebody's own control loop."""
+"""`Controller`, which resolves a stack inside a user's own control loop."""
 
 from collections.abc import Mapping
 
@@ -16,21 +16,21 @@ from taskopt.resolver.registry import as_resolver
 
 
 class Controller:
-    """Resolve a stack tick by tick, at the postures and times that a control loop hands over.
+    """Resolve a stack tick by tick, at the postures and times that your control loop passes to it.
 
-    A start outside the limits is allowed, unlike in a `Scenario`: the limits let a joint stop or return.
-    A resolution stays true when later steps are taken.
+    Unlike in a `Scenario`, the robot may start outside its limits; they then let a joint stop or return. A
+    returned resolution does not change when later steps are taken.
 
     Args:
         robot: The robot.
-        stack: What it is to do.
+        stack: The tasks and limits.
         resolver: A resolver, or the name of one (`taskopt list` shows them).
         dt: Time until the next step [s].
         on_conflict: What to do at a tick whose hard limits contradict each other: "raise" `Infeasible`,
             "relax" them by the least that lets them agree, or "brake" to standstill.
 
     Attributes:
-        plan: The stack, compiled for the robot; its tasks have the errors and poses of the last step.
+        plan: The stack compiled for the robot; its tasks hold the errors and poses of the last step.
         resolver: The resolver.
 
     Raises:
@@ -54,9 +54,9 @@ class Controller:
         self._tick = self._loop.tick
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
-        """Anchor the targets that begin at the posture, forget the last step, and compile everything.
+        """Start all targets from a posture, forget the last step, and compile everything.
 
-        The first `step` anchors the targets by itself.
+        Calling this is optional: the first `step` starts the targets, too.
 
         Args:
             q: Posture of the start, (nq,) [rad, m].
@@ -75,8 +75,8 @@ class Controller:
     def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
         """Change parameters of tasks and limits from the next step on; nothing is compiled again.
 
-        The memory of the last step is kept, so that the next one starts warm. Changes that are set together
-        are applied together. Another thread than that of the loop may call this.
+        The memory of the last step is kept, so that the next step has a warm start. Changes that are set
+        together are applied together. Any thread may call this method.
 
             <task>.weight     one number, or one for each row; 0 takes a row out
             <task>.gain       K [1/s], likewise
@@ -88,13 +88,14 @@ class Controller:
 
         Args:
             changes: New values by address, such as {"hand.weight": 0.1, "elbow.enabled": False}.
-            over: Time over which the change is blended [s]: weights by equal ratios, other numbers by equal
-                steps, targets on a `Line`, rows that come and go by the band of `During`, which keeps
-                velocities from jumping. 0: at once.
+            over: Time over which the change is blended [s]; 0 for at once. Weights change by equal ratios,
+                other numbers by equal steps, and targets along a `Line`. Rows are switched on and off as in
+                `During`, so that velocities do not jump.
 
         Raises:
             UnknownName: There is no parameter of that address.
-            InvalidValue: A parameter does not take its value, or not over a time. Nothing is changed then.
+            InvalidValue: A parameter does not accept its value, or cannot be blended. Nothing is changed
+                then.
         """
         self.plan.set(changes, over)
 
@@ -104,18 +105,19 @@ class Controller:
         Args:
             q: Posture of the robot, (nq,) [rad, m].
             t: Time [s].
-            v: Velocity that the robot has, (nv,) [rad/s, m/s], where it is not the one commanded last.
-                Limits on acceleration start from it.
-            dt: Time until the next step [s], for this step and those after it; None: as before.
+            v: Actual velocity of the robot, (nv,) [rad/s, m/s], from which limits on acceleration start.
+                None: the velocity commanded last.
+            dt: Time until the next step [s], for this and all later steps; None: as before.
 
         Returns:
             The resolution; `resolution.v`, (nv,) [rad/s, m/s], is the velocity to command.
 
         Raises:
-            InvalidValue: q or v has the wrong size, or it or a target is not finite; or dt ≤ 0, or it is too
+            InvalidValue: q or v has the wrong size; q, v or a target is not finite; dt ≤ 0; or dt is too
                 large for a gain.
             Infeasible: Hard limits contradict each other, and `on_conflict` is "raise".
-            NotSolved: There is no answer that may be sent to a robot. The next step starts without memory.
+            NotSolved: There is no answer that may be sent to a robot. The next step then starts without
+                memory.
         """
         if q.__class__ is not np.ndarray:
             q = self._robot.checked_q(q)

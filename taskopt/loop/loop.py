@@ -1,9 +1,9 @@
-"""One tick of a stack, the same for a run and inside somebody's own control loop.
+"""One tick of a stack, which is the same in `run` and in `Controller`.
 
     targets at t, rows at q ─▶ answer ─▶ may it be sent? ─▶ if not: conflict policy ─▶ tell who follows v
 
-After a tick whose answer may not be sent, the next tick starts without memory: the active set of a hierarchy
-whose limits contradict each other is no warm start for one whose limits agree.
+After a tick whose answer may not be sent, the next tick starts without memory, since the active set of a
+hierarchy with contradictory limits is not a useful warm start for one whose limits agree.
 """
 
 from time import perf_counter_ns
@@ -28,11 +28,11 @@ _LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPP
 
 
 class Seconds(NamedTuple):
-    """Time that the parts of one tick took.
+    """Durations of the two parts of one tick.
 
     Attributes:
-        rows: Kinematics, targets and rows [s].
-        resolver: The resolver alone [s].
+        rows: Time for kinematics, targets and rows [s].
+        resolver: Time in the resolver [s].
     """
 
     rows: float
@@ -40,17 +40,18 @@ class Seconds(NamedTuple):
 
 
 class Loop:
-    """Take one tick after the other: rows, answer, check of its status, conflict policy.
+    """Resolve a stack tick by tick: fill the rows, answer, check the answer, apply the conflict policy.
 
     A stack whose tasks and limits all have kernels is filled and resolved in one compiled call, if the
-    resolver is `active-set` and the norm is diagonal: calls cost more than rows. In every other case, and in
-    a loop that is `timed`, the plan fills the rows first and the resolver is called with them.
+    resolver is `active-set` and the norm is diagonal, since a call from Python costs more than filling the
+    rows. In every other case, and in a loop that is `timed`, the plan fills the rows first, and then the
+    resolver is called with them.
 
     Args:
         plan: The stack, compiled for the robot.
         resolver: Resolves the hierarchy of each tick.
-        policy: What to do where hard limits contradict each other.
-        timed: Measure rows and resolver apart, see `seconds`.
+        policy: What to do if hard limits contradict each other.
+        timed: Measure the times of rows and resolver separately, see `seconds`.
     """
 
     def __init__(
@@ -67,20 +68,20 @@ class Loop:
 
     @property
     def seconds(self) -> Seconds:
-        """Time of the last tick [s]; of a tick in one compiled call there is none, so zeros."""
+        """Times of the last tick [s]; zeros for a tick in one compiled call, which is not measured."""
         rows, resolver = self._nanoseconds
         return Seconds(1e-9 * rows, 1e-9 * resolver)
 
     def start(self, q: ArrayLike, t: float) -> None:
-        """Anchor the targets that begin at the posture, forget the last tick, and compile what a tick needs.
+        """Start all targets from a posture, forget the last tick, and compile what a tick needs.
 
         Args:
             q: Start posture, (nq,) [rad, m].
             t: Time of the start [s].
 
         Raises:
-            InvalidValue: q has the wrong size, it or a target is not finite, or the first answer of the
-                resolver has not the form that `Resolver` promises.
+            InvalidValue: q has the wrong size, q or a target is not finite, or the first answer of the
+                resolver does not have the form that `Resolver` promises.
         """
         q = self.plan.robot.checked_q(q)
         self.plan.start(q, t)
@@ -92,7 +93,7 @@ class Loop:
         self.forget()
 
     def tick(self, q: Array, t: float) -> Resolution:
-        """Resolve the stack at one posture and time, and tell limits and tasks that follow it the velocity.
+        """Resolve the stack at one posture and time, and pass the velocity to the parts that depend on it.
 
         Args:
             q: Posture, (nq,) [rad, m].
@@ -102,8 +103,8 @@ class Loop:
             A resolution whose velocity may be sent to the robot, see `may_be_sent`.
 
         Raises:
-            InvalidValue: q has the wrong size, it or a target is not finite, or the first answer without a
-                memory has not the form that `Resolver` promises.
+            InvalidValue: q has the wrong size, q or a target is not finite, or the first answer without a
+                memory does not have the form that `Resolver` promises.
             Infeasible: Hard limits contradict each other, and the policy is "raise".
             NotSolved: There is no answer that may be sent to a robot.
         """
@@ -115,13 +116,13 @@ class Loop:
         return resolution
 
     def forget(self) -> None:
-        """Let the next tick start without a warm start."""
+        """Forget the last tick, so that the next one has no warm start."""
         self._memory = None
         if self._one_call is not None:
             self._one_call.forget()
 
     def _in_two_calls(self, q: Array, t: float) -> Resolution:
-        """Fill the rows, call the resolver with them, and take the time of both."""
+        """Fill the rows, call the resolver with them, and measure the times of both."""
         begin = _now()
         hierarchy = self.plan.at(q, t)
         built = _now()
@@ -133,7 +134,7 @@ class Loop:
         return resolution
 
     def _checked(self, answer: Resolution, t: float) -> Resolution:
-        """Return the answer if it may be sent; else forget the last tick and apply the conflict policy."""
+        """Return the answer if it may be sent, else forget the last tick and apply the conflict policy."""
         if may_be_sent(answer):
             return answer
         self.forget()
@@ -147,16 +148,17 @@ class Loop:
 
 
 def _now() -> int:
-    """Return the time [ns] on a clock that stands still while kernels are compiled or loaded."""
+    """Return the time [ns] of a clock that does not count the compilation and loading of kernels."""
     return perf_counter_ns() - nanoseconds_preparing()
 
 
 def may_be_sent(resolution: Resolution) -> bool:
     """Decide if an answer may be sent to a robot.
 
-    An optimum that is claimed, and an answer that was not quite reached, must keep the hard limits: the
-    largest primal residual of its certificate is at most the tolerance of that status, whatever is claimed.
-    A closed form knows no limits, and an answer of a conflict policy has given some of them up.
+    If the resolver claims an optimum, or stopped shortly before it, the answer must keep the hard limits: the
+    largest primal residual of its certificate must not exceed the tolerance of that status. A closed form
+    does not consider limits, and a conflict policy gives some of them up, so that their answers are not
+    checked for limits.
 
     Args:
         resolution: The answer of any resolver, or of a conflict policy.
@@ -173,7 +175,7 @@ def may_be_sent(resolution: Resolution) -> bool:
 
 
 def _reason(resolution: Resolution) -> str:
-    """Say why an answer may not be sent, with the advice that its status gives."""
+    """Return the reason why an answer may not be sent, with the advice of its status."""
     verdict = resolution.status.name.lower().replace("_", " ")
     if not np.isfinite(resolution.x).all() and (resolution.claimed or resolution.status in _WITHOUT_OPTIMUM):
         verdict = "not a number"

@@ -1,4 +1,4 @@
-"""Rows and answer of a tick in one compiled call, for a plan and a resolver that are both compiled."""
+"""One compiled call that fills the rows of a tick and resolves them."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -34,7 +34,7 @@ class OneCall:
     Args:
         plan: A plan that is filled by compiled code alone, with a diagonal norm.
         search: The active-set method with its settings.
-        conclude: Checks an answer that the search does not claim to be the optimum, or replaces it.
+        conclude: Function that checks or replaces an answer that the search does not claim to be the optimum.
     """
 
     def __init__(self, plan: Plan, search: ActiveSet, conclude: Callable[[Resolution], Resolution]) -> None:
@@ -48,14 +48,14 @@ class OneCall:
         self._entry = _fill_and_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
 
     def answer(self, q: Array, t: float) -> Resolution:
-        """Resolve the stack at one posture and time, without a check of the answer.
+        """Resolve the stack at one posture and time; the answer is not checked.
 
         Args:
             q: Posture, (nq,) [rad, m].
             t: Time [s].
 
         Returns:
-            The answer; with the status SOLVED, its certificate is a proof.
+            The answer. If its status is SOLVED, its certificate proves it.
 
         Raises:
             InvalidValue: q has the wrong size, or it or a target is not finite.
@@ -94,7 +94,7 @@ class OneCall:
         self._entry = first  # a refusal by the fast path has changed it
 
     def forget(self) -> None:
-        """Let the next tick start without a warm start."""
+        """Forget the last tick, so that the next one has no warm start."""
         self._history[:] = 0
 
 
@@ -104,15 +104,15 @@ def _problem(hierarchy: Hierarchy) -> tuple[Array, Array, IntArray, IntArray]:
 
 
 def one_call(plan: Plan, resolver: Resolver) -> OneCall | None:
-    """Return rows and answer in one compiled call, where plan and resolver allow it.
+    """Make the compiled call of a plan, if plan and resolver allow it.
 
     Args:
         plan: The stack, compiled for the robot.
         resolver: Any resolver.
 
     Returns:
-        The call, or None if a row or a bound comes from Python after the compiled ones, if the norm is not
-        diagonal, or if the resolver is not the active-set method.
+        The call; None if Python code fills a row or a bound after the kernels, if the norm is not diagonal,
+        or if the resolver is not the active-set method.
     """
     if not plan.in_one_call or plan.hierarchy.norm.ndim == 2:
         return None
@@ -130,7 +130,7 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     """Return the compiled tick of a plan: its fill function, then `tick` or `tick_fast`.
 
-    The outcome is FLAWED where the rows are flawed.
+    The function returns FLAWED if the rows are flawed.
     """
 
     @kernel_apart

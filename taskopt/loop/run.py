@@ -1,9 +1,9 @@
-"""A scenario, resolved tick by tick: the run yields steps, and recorders listen.
+"""`run`, which resolves a scenario tick by tick and yields one step for each tick.
 
     v_k resolves the hierarchy of (q_k, t_k),    q_(k+1) = q_k ⊕ v_k Δt    (3.48)
 
-Error, feedforward and Euler step have one time index. One clock measures every resolver, and nothing but the
-resolver: not the kinematics, not the copies that a step keeps, not the closed-form answer beside it.
+Error, feedforward and Euler step have the same time index k. The measured time of a resolver is that of the
+resolver alone, without kinematics, without the copies that a step keeps, and without the closed-form answer.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ from taskopt.resolver.registry import as_resolver
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One tick of one resolver, with copies of all that the tick left behind.
+    """The record of one tick of one resolver; all arrays are copies.
 
     Attributes:
         resolver: Name of the resolver.
@@ -35,14 +35,15 @@ class Step:
         q_next: Posture after the Euler step, (nq,) [rad, m].
         v: Velocity that was sent, (nv,) [rad/s, m/s].
         hierarchy: The problem of the tick.
-        resolution: Its answer, or what the conflict policy sent instead.
+        resolution: Its answer, or the answer of the conflict policy instead.
         seconds: Time in the resolver [s].
         build_seconds: Time for kinematics, targets and rows [s].
         errors: e = x_d − x of each task by name, unweighted, one number for each row [m, rad].
         desired: Desired pose of each task that has one, by name, (4, 4) in the world [m].
         actual: Actual pose of the same tasks, by name, (4, 4) in the world [m].
-        closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s]; it knows no limits.
-        distances: Measured distances at q, by name of the limit that keeps them.
+        closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s], which does not consider
+            limits.
+        distances: Measured distances at q, by name of the limit on them.
     """
 
     resolver: str
@@ -90,7 +91,7 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
         One step for each tick.
 
     Raises:
-        NotSolved: At the first tick whose answer may not be sent to a robot; the error has the resolution.
+        NotSolved: The answer of a tick may not be sent to a robot; the error has the resolution.
         Infeasible: Hard limits contradict each other, and `scenario.on_conflict` is "raise".
         UnknownName: There is no resolver of that name.
     """
@@ -108,7 +109,7 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
 
 
 def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array) -> Step:
-    """Copy all that a tick leaves behind, and take the Euler step."""
+    """Copy the results of a tick, and take the Euler step."""
     plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), resolution.v.copy()
     poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
@@ -138,9 +139,8 @@ def tracking_error(step: Step) -> float:
         step: The step.
 
     Returns:
-        Norm of the error rows in metres of the first task that has a frame and such rows [m]; a task that is
-        not in force misses nothing and is passed over. Where there is no such task, norm of all error rows
-        of the first task [m, rad].
+        Norm [m] of those error rows that are in metres, for the first task that is in force and has a frame
+        and such rows. If there is no such task, the norm of all error rows of the first task [m, rad].
     """
     blocks = [block for block in step.hierarchy.layout.blocks if block.level > 0]
     for block in blocks:

@@ -1,4 +1,4 @@
-"""A scenario: robot, start, stack, duration and period of a run; and how scenario files are loaded."""
+"""Scenarios, which have the robot, start, stack, duration and period of a run, and loading their files."""
 
 import sys
 from collections.abc import Sequence
@@ -24,19 +24,20 @@ class Scenario:
     Attributes:
         robot: The robot.
         q0: Start posture, (nq,) [rad, m]; it must be inside the robot's position limits.
-        stack: What the robot is to do.
+        stack: The tasks and limits.
         duration: Length of the run [s].
         dt: Period, the time between two ticks [s].
         on_conflict: What to do at a tick whose hard limits contradict each other: "raise" `Infeasible`,
             "relax" them by the least that lets them agree, or "brake" to standstill.
-        trails: Frames whose paths a recording shows besides those that tasks move, such as an elbow.
+        trails: Frames, such as that of an elbow, whose paths a recording shows in addition to those of the
+            tasks.
         name: Name of the run and of its log folder; a scenario file gives its own name.
         description: A few sentences for the viewer; a scenario file gives its docstring.
 
     Raises:
-        InvalidValue: q0 does not fit the robot or lies outside its position limits, `duration` or `dt` is
-            not positive, or the duration is less than one period; and what `Stack.compile` raises.
-        UnknownName: There is no frame, joint or policy of a name that is used.
+        InvalidValue: q0 does not fit the robot or lies outside its position limits, `duration` or `dt` is not
+            positive, or the duration is less than one period; or `Stack.compile` raises it.
+        UnknownName: There is no frame, joint or policy of a given name.
     """
 
     robot: Robot
@@ -77,20 +78,20 @@ class Scenario:
 
 
 def load_scenario(path: str | Path) -> Scenario:
-    """Load the scenario of a Python file: whatever the file calls `scenario`.
+    """Load the scenario of a Python file, which is the variable `scenario` of that file.
 
-    The file is executed: load only files that you trust.
+    The file is executed, so load only files that you trust.
 
     Args:
         path: The file.
 
     Returns:
-        The scenario; where it has no name or description, they are the file's name and docstring.
+        The scenario. If it lacks a name or a description, it gets the file's name or docstring.
 
     Raises:
         MissingFile: There is no such file; the message suggests near names.
         InvalidValue: The file is not Python, or has no `scenario`.
-        Exception: Whatever the file itself raises.
+        Exception: Any exception that the file itself raises.
     """
     file = _existing(Path(path))
     spec = spec_from_file_location(f"taskopt_scenario_{file.stem}", file)

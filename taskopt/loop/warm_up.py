@@ -1,7 +1,7 @@
-"""Compiles everything at once, for images and robots that are to start quickly later.
+"""Compilation of all kernels at once, for images and robots that must start quickly later.
 
-Kernels are compiled for the types of their arguments, and those do not depend on the robot. It is therefore
-enough to take a small arm through a tick of every task and limit that has a kernel.
+Kernels are compiled for the types of their arguments, which do not depend on the robot. It is therefore
+enough to resolve one tick of a small arm for every task and limit that has a kernel.
 """
 
 from collections.abc import Iterator
@@ -46,8 +46,8 @@ _START = np.array([0.3, 0.4, 0.5, 0.4])  # [rad]
 def warm_up() -> None:
     """Compile all kernels of tasks, limits, the active-set method and its certificate.
 
-    They are kept where `taskopt.jit.store` says, for every later process of the user. Progress is shown on
-    stderr; if all of them were there already, nothing is shown.
+    Their machine code is kept in the folder that `taskopt.jit.store` defines, for every later process of the
+    user. Progress is shown on stderr, unless everything is compiled already.
     """
     for robot, stack in _stacks():
         for fast_path in (True, False):
@@ -66,7 +66,7 @@ def warm_up() -> None:
 
 
 def _stacks() -> Iterator[tuple[Robot, Stack]]:
-    """Yield stacks that have each task and limit with a kernel between them, and arms for them."""
+    """Yield arms with stacks that together contain every task and limit with a kernel."""
     line = Line(by=(0.1, 0.0, 0.0), duration=1.0)
     tip: list[Task] = [PositionTask("tip", target=line, axes="xy")]
     rates: list[Limit] = [JointPositionLimit(), JointVelocityLimit(), JointAccelerationLimit(50.0)]

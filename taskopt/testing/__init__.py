@@ -1,7 +1,7 @@
-"""Checks for own tasks, limits, objectives, solvers and resolvers; the package's own tests use them.
+"""Checks for user-written tasks, limits, objectives, solvers and resolvers; our own tests use them, too.
 
-Each check tries a contract at random configurations or on random problems. It returns nothing where the
-contract holds, and raises `AssertionError` with a sentence that says what failed, where, and by how much. No
+Each check tests a contract at random configurations or on random problems. It returns nothing if the contract
+holds, and raises `AssertionError` if it does not; the message says what failed, where, and by how much. No
 test framework is needed.
 """
 

@@ -1,4 +1,4 @@
-"""The contract of a limit, tried at random configurations and velocities."""
+"""The check of a limit, at random configurations and velocities."""
 
 from collections.abc import Callable
 
@@ -29,21 +29,21 @@ def check_limit(
     count: int = 8,
     seed: int = 0,
 ) -> None:
-    """Check that a limit keeps what `taskopt.kinematics.limit.base` promises.
+    """Check that a limit fulfils the contract of `taskopt.kinematics.limit.base`.
 
-    - Its names, units and sizes agree, and its bounds are no NaN. It leaves the configuration as it was.
-    - It only narrows bounds, and writes its owner where it does, and nowhere else.
-    - Braking as hard as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0.
-    - The plan, which calls kernels in one compiled call, gives the same rows and bounds as the methods.
-    - From configurations inside, the largest velocity that it allows towards a random corner is taken for
-      some steps. After each step braking is still allowed, and `outside` is not positive.
+    - Its names, units and sizes agree, and its bounds are no NaN. It leaves the configuration as it was. - It
+    only narrows bounds, and writes its owner for the bounds that it narrows and no others. - Braking as hard
+    as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0. - The plan, which
+    calls kernels in one compiled call, gives the same rows and bounds as the methods. - Starting inside the
+    limit, some steps are taken with the largest velocity that it allows towards a random corner of the box.
+    After each step braking is still allowed, and `outside` is not positive.
 
     Args:
         limit: The limit.
         robot: A robot that it fits.
         dt: Time of a step [s].
-        outside: By how much a configuration is outside what the limit keeps, ≤ 0 inside. Default: it is not
-            tried.
+        outside: Function that returns how far a configuration is outside the limit, a number ≤ 0 for one
+            inside. Default: this is not checked.
         count: Number of starts.
         seed: Seed of the random configurations and directions.
 
@@ -120,7 +120,7 @@ def _check_tick(
 
 
 def _apart(a: Array, b: Array) -> float:
-    """Return the largest difference, infinite where only one is finite."""
+    """Return the largest difference, which is infinite if only one of two numbers is finite."""
     unequal = a != b
     return float(np.abs(a[unequal] - b[unequal]).max(initial=0.0))
 
@@ -137,7 +137,7 @@ def _check_bounds(bound: BoundLimit, plan: Plan, configuration: Configuration, n
 
 
 def _check_owners(bound: BoundLimit, configuration: Configuration, name: str, tight: Array) -> None:
-    """Check that the limit only narrows |v| ≤ tight, and writes its owner there and nowhere else."""
+    """Check that the limit only narrows |v| ≤ tight, and writes its owner only where it does."""
     none = np.full(tight.size, -1.0)
     narrowed = np.array([-tight, tight, none, none])
     bound.narrow(configuration, narrowed, 1)
@@ -154,7 +154,7 @@ def _check_owners(bound: BoundLimit, configuration: Configuration, name: str, ti
 
 
 def _extreme(plan: Plan, q: Array, signs: Array) -> Array:
-    """Return the largest velocity that bounds and rows allow from braking on, towards a corner of the box."""
+    """Return the velocity farthest from that of braking, towards a corner of the box, that is allowed."""
     hierarchy, brakes = plan.at(q, 0.0), plan.brakes()
     corner = np.where(signs > 0.0, hierarchy.box_upper, hierarchy.box_lower)
     corner = np.clip(corner, -_LONGEST / plan.dt, _LONGEST / plan.dt)

@@ -1,4 +1,4 @@
-"""The contract of an objective, tried at random configurations."""
+"""The check of an objective, at random configurations."""
 
 import numpy as np
 
@@ -14,12 +14,12 @@ _ROUNDING = 1e-12  # distances are iterated from where they were last
 def check_objective(
     objective: Objective, robot: Robot, *, count: int = 16, seed: int = 0, tolerance: float = 1e-6
 ) -> None:
-    """Check that an objective keeps what `taskopt.Objective` promises.
+    """Check that an objective fulfils the contract of `taskopt.Objective`.
 
-    - `value` is one finite number, `gradient` (nv,) finite numbers, and `unit` a string.
-    - The gradient is that of the value, by central differences on the manifold.
-    - Both are functions of q: they give the same again and leave the configuration as it was, and a gradient
-      that was returned does not change with the next call.
+    - `value` is one finite number, `gradient` (nv,) finite numbers, and `unit` a string. - The gradient is
+    that of the value, by central differences on the manifold. - Both depend on q only: a second call gives
+    the same result, the configuration is left as it was, and a returned gradient does not change with the
+    next call.
 
     Args:
         objective: The objective.

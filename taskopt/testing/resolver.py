@@ -1,4 +1,4 @@
-"""The contract of a resolver, tried on random hierarchies and on hierarchies whose optimum is known."""
+"""The check of a resolver, on random hierarchies and on hierarchies whose optimum is known."""
 
 import numpy as np
 
@@ -11,22 +11,22 @@ from taskopt.testing.sampling import require
 
 
 def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 20, seed: int = 0) -> None:
-    """Check that a resolver keeps what `taskopt.resolver.base.Resolver` promises.
+    """Check that a resolver fulfils the contract of `taskopt.resolver.base.Resolver`.
 
-    - It has all parts of the protocol, and returns a `Resolution` and a `Memory`.
-    - Where no inequality is active, its answer is its own closed-form answer.
-    - A claimed optimum is proven by our certificate, and keeps the hard limits.
-    - If it is strict, a lower level never makes a higher one worse.
-    - It does not change the hierarchy, and its answer stays true when the hierarchy changes afterwards.
-    - The memory that it returns fits the problem that is answered, is accepted again, and leads to the same
-      answer.
-    - Where hard limits contradict each other it claims no optimum.
+    - It has all parts of the protocol, and returns a `Resolution` and a `Memory`. - If no inequality is
+    active, its answer is its own closed-form answer. - If it claims an optimum, our certificate proves the
+    answer, and the hard limits hold. - If it is strict, a lower level never makes a higher one worse. - It
+    does not change the hierarchy, and its answer does not change when the hierarchy changes afterwards. - The
+    memory that it returns fits the problem that is answered, is accepted again, and leads to the same answer.
+    - If hard limits contradict each other, it claims no optimum.
 
-    A resolver whose status is FORMULA, which knows no limits, is tried on hierarchies without inequalities.
+    A resolver whose status is FORMULA does not consider limits, and is checked on hierarchies without
+    inequalities.
 
     Args:
         resolver: The resolver.
-        accuracy: Largest error that counts as right: of x relative to max(1, |x|), and of the certificate.
+        accuracy: Largest error of x, relative to max(1, |x|), and largest residual of the certificate that
+            are accepted.
         count: Number of random hierarchies.
         seed: Seed of the first hierarchy; the others follow.
 
@@ -51,12 +51,13 @@ def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 2
 
 
 def random_hierarchy(seed: int, levels: int = 3, reach: float = 0.5) -> Hierarchy:
-    """Return a hierarchy of 6 unknowns: equalities, inequalities, weights, a box and hard rows.
+    """Make a hierarchy of 6 unknowns with equalities, inequalities, weights, a box and hard rows.
 
     Args:
         seed: Seed of its numbers; the first levels are the same whatever `levels` is.
         levels: Number of levels.
-        reach: Half-width of the box. A small box is active nearly always, a large one never.
+        reach: Half of the width of the box. The bounds of a small box are nearly always active, those of a
+            large one never.
 
     Returns:
         A hierarchy whose hard limits can hold together, since x = 0 is inside them.

@@ -1,4 +1,4 @@
-"""Random configurations at which the checks try something, and the sentence of a failure."""
+"""Random configurations for the checks, and the messages of failures."""
 
 import re
 from collections.abc import Iterator
@@ -20,11 +20,11 @@ def configurations(robot: Robot, count: int, rng: np.random.Generator) -> Iterat
 
     Args:
         robot: The robot.
-        count: How many.
+        count: Number of configurations.
         rng: Source of randomness.
 
     Yields:
-        Configurations, (nq,).
+        Configurations, (nq,) [rad, m].
     """
     middle = robot.posture("middle")
     for index in range(count):
@@ -43,7 +43,7 @@ def inside(robot: Robot, q: Array) -> Array:
         q: Configuration, (nq,).
 
     Returns:
-        Configuration, (nq,), a copy with quaternions of norm 1.
+        Configuration, (nq,) [rad, m], a copy with quaternions of norm 1.
     """
     out, limited = q.copy(), np.flatnonzero(robot.position_index >= 0)
     places = robot.position_index[limited]
@@ -52,15 +52,15 @@ def inside(robot: Robot, q: Array) -> Array:
 
 
 def require(holds: bool, sentence: str, q: Array | None = None) -> None:
-    """Raise an error unless something holds.
+    """Raise an error unless a condition holds.
 
     Args:
-        holds: What must be true.
-        sentence: What failed, and by how much.
-        q: Configuration at which it failed, (nq,).
+        holds: The condition.
+        sentence: Sentence that says what failed, and by how much.
+        q: Configuration at which the condition was tried, (nq,) [rad, m].
 
     Raises:
-        AssertionError: It does not hold.
+        AssertionError: The condition does not hold.
     """
     if not holds:
         where = "" if q is None else f", at q = {np.array2string(q, precision=6, max_line_width=10_000)}"
@@ -68,15 +68,15 @@ def require(holds: bool, sentence: str, q: Array | None = None) -> None:
 
 
 def require_unmoved(configuration: Configuration, q: Array, what: str) -> None:
-    """Raise an error if a configuration is no longer where it was put.
+    """Raise an error if a configuration has been changed.
 
     Args:
         configuration: The configuration.
-        q: Where it was put, (nq,) [rad, m].
-        what: What was called meanwhile.
+        q: The posture to which it was set, (nq,) [rad, m].
+        what: Name of the function that was called, for the message.
 
     Raises:
-        AssertionError: It has been moved.
+        AssertionError: The configuration has another posture.
     """
     moved = float(np.abs(configuration.q - q).max(initial=0.0))
     require(moved == 0.0, f"{what} moves the robot that it is handed, by {moved:.3g}", q)
@@ -89,6 +89,6 @@ def is_rate(unit: str) -> bool:
         unit: The unit; "" stands for a rate without a unit.
 
     Returns:
-        Whether it is one, such as "rad/s", "m²/s" or "1/s".
+        True for a unit such as "rad/s", "m²/s" or "1/s".
     """
     return unit == "" or re.fullmatch(r"(1|(rad|m)[²³]?)((/|·| )(rad|m)[²³]?)*/s", unit) is not None

@@ -1,4 +1,4 @@
-"""The contract of a solver, tried on random programs and on programs whose optimum is known."""
+"""The check of a solver, on random programs and on programs whose optimum is known."""
 
 import numpy as np
 
@@ -14,21 +14,21 @@ _ASKED = 1e-10  # KKT residual that the solver is asked for
 def check_solver(
     solve: Solve, *, accuracy: float = 1e-8, proves_infeasible: bool = False, count: int = 20, seed: int = 0
 ) -> None:
-    """Check that a solver keeps what `taskopt.solver.base.Solve` promises.
+    """Check that a solver fulfils the contract of `taskopt.solver.base.Solve`.
 
-    - It returns a `Solution` with a `Status`, and with arrays of the right shapes.
-    - Programs with equalities, one- and two-sided rows, rows without bounds and an open box are solved: it
-      claims SOLVED, and the KKT residuals that we compute from x and its multipliers are small.
-    - Programs without rows, without a box, or without both are solved, too.
-    - A multiplier is positive at an upper bound and negative at a lower one.
-    - Of programs whose rows contradict each other it never claims SOLVED.
-    - The order of arrays in memory does not matter, and the arrays of the program are not changed.
-    - The same program has the same answer again, so that nothing is kept from one call to the next.
+    - It returns a `Solution` with a `Status`, and with arrays of the right shapes. - Programs with
+    equalities, one- and two-sided rows, rows without bounds and an open box are solved: it claims SOLVED, and
+    the KKT residuals that we compute from x and its multipliers are small. - Programs without rows, without a
+    box, or without both are solved, too. - A multiplier is positive at an upper bound and negative at a lower
+    one. - It never claims SOLVED for a program whose rows contradict each other. - The order of arrays in
+    memory does not matter, and the arrays of the program are not changed. - The same program gives the same
+    answer again, so that nothing is kept from one call to the next.
 
     Args:
         solve: The solver.
-        accuracy: Largest KKT residual that counts as right, relative to max(1, largest term).
-        proves_infeasible: Whether it must claim INFEASIBLE of infeasible programs; if not, it may give up.
+        accuracy: Largest KKT residual that is accepted, relative to max(1, largest term).
+        proves_infeasible: True if the solver must claim INFEASIBLE for infeasible programs; False if it may
+            give up.
         count: Number of random programs.
         seed: Seed of the first program; the others follow.
 
@@ -57,14 +57,15 @@ def check_solver(
 
 
 def random_program(seed: int, feasible: bool = True) -> QuadraticProgram:
-    """Return a strictly convex program of 5 unknowns and 7 rows.
+    """Make a strictly convex program of 5 unknowns and 7 rows.
 
-    Row 0 is an equality, row 1 has no lower bound, row 2 no upper one, row 3 none at all; the box is open on
-    one side.
+    Row 0 is an equality, row 1 has no lower bound, row 2 no upper bound, and row 3 no bound at all; the box
+    is open on one side.
 
     Args:
         seed: Seed of its numbers.
-        feasible: Whether it has a solution; if not, rows 4 and 5 contradict each other.
+        feasible: True for a program with a solution; False for one in which rows 4 and 5 contradict each
+            other.
 
     Returns:
         The program.

@@ -1,4 +1,4 @@
-"""The contract of a task, tried at random configurations."""
+"""The check of a task, at random configurations."""
 
 from dataclasses import fields, is_dataclass, replace
 
@@ -18,18 +18,16 @@ TIME = 0.3  # [s] at which tasks are tried
 
 
 def check_task(task: Task, robot: Robot, *, count: int = 16, seed: int = 0, tolerance: float = 1e-6) -> None:
-    """Check that a task keeps what `taskopt.kinematics.task.base` promises.
+    """Check that a task fulfils the contract of `taskopt.kinematics.task.base`.
 
-    - Its names, units and sizes agree, and its numbers are finite. It leaves the configuration as it was.
-    - Its rows are the derivative of its error: ė = (b − K e) − A v along random velocities v, with ė from
-      central differences on the manifold, the target moving. A row of an inequality is tried where it is not
-      met. Rows with gain 0 ask for a velocity outright and have no error that dies out; they are left out.
-    - A row that is said to be a unit vector is one, and rows that are said to be constant are.
-    - `fill` gives the same rows again at the same configuration, and its rows and its error change with the
-      next `fill` only.
-    - The plan, which calls kernels in one compiled call, fills the same rows as the method `fill`.
-    - Twice the gain and three times the weight of the declaration are twice and three times those of
-      the rows.
+    - Its names, units and sizes agree, and its numbers are finite. It leaves the configuration as it was. -
+    Its rows are the derivative of its error: ė = (b − K e) − A v along random velocities v, with ė from
+    central differences on the manifold while the target moves. A row of an inequality is checked where it is
+    not met. Rows with gain 0 are not checked, since they ask for a velocity and have no error that dies out.
+    - A row that is declared as a unit vector is one, and rows that are declared as constant do not change. -
+    `fill` gives the same rows again at the same configuration, and rows and error change only with the next
+    `fill`. - The plan, which calls kernels in one compiled call, fills the same rows as the method `fill`. -
+    If gain and weight of the declaration are doubled and tripled, so are those of the rows.
 
     Args:
         task: The task.
@@ -85,7 +83,7 @@ def _check_form(bound: BoundTask, plan: Plan) -> None:
 
 
 def _fresh_rows(bound: BoundTask, nv: int) -> LevelRows:
-    """Return rows as a plan hands them over, prepared."""
+    """Return prepared rows, as a plan passes them to `fill`."""
     m = len(bound.row_names)
     rows = LevelRows(np.zeros((m, nv)), np.zeros(m), np.zeros(m), np.ones(m))
     bound.prepare(rows)
@@ -98,7 +96,7 @@ def _copy(rows: LevelRows) -> tuple[Array, Array, Array]:
 
 
 def _difference(first: tuple[Array, Array, Array], second: tuple[Array, Array, Array]) -> float:
-    """Return the largest difference of rows, infinite where only one is finite."""
+    """Return the largest difference of rows, which is infinite if only one of two numbers is finite."""
     worst = 0.0
     for a, b in zip(first, second, strict=True):
         unequal = a != b
@@ -107,7 +105,7 @@ def _difference(first: tuple[Array, Array, Array], second: tuple[Array, Array, A
 
 
 def _check_fill(bound: BoundTask, rows: LevelRows, q: Array, robot: Robot) -> None:
-    """Check that `fill` is a function of q and t, whose outcome stays until the next call."""
+    """Check that `fill` depends on q and t only, and that its results stay until the next call."""
     near = Configuration(robot, q)
     q = near.q.copy()  # a quaternion in it is normalised
     bound.fill(near, TIME, rows)
@@ -132,7 +130,7 @@ def _check_fill(bound: BoundTask, rows: LevelRows, q: Array, robot: Robot) -> No
 
 
 def _check_plan(bound: BoundTask, rows: LevelRows, plan: Plan, q: Array) -> None:
-    """Check that the plan fills the rows that `fill` fills."""
+    """Check that the plan fills the same rows as `fill`."""
     hierarchy = plan.at(q, TIME)
     block = next(block.rows for block in plan.layout.blocks if block.level)
     theirs = hierarchy.A[block], hierarchy.lower[block], hierarchy.upper[block]
@@ -150,7 +148,7 @@ def _check_plan(bound: BoundTask, rows: LevelRows, plan: Plan, q: Array) -> None
 def _check_derivative(
     bound: BoundTask, rows: LevelRows, motion: tuple[Array, Array], robot: Robot, tolerance: float
 ) -> Array:
-    """Check the rows against central differences of the error; return which rows were tried, (m,)."""
+    """Check rows against central differences of the error; return True for each checked row, (m,)."""
     q, v = motion
     errors = []
     for s in (-STEP, STEP, 0.0):

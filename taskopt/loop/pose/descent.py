@@ -1,4 +1,4 @@
-"""From one start to the goals, or to the nearest rest: Newton's steps of a stack inside a trust region.
+"""The descent from one start to the goals or to a posture at rest, by Newton's steps in a trust region.
 
     v = the resolution of the stack at q, with gain 1 and Δt = 1 s, each |v_j| ≤ r
     q ⊕ v is accepted: go on from there, with a larger r where the errors fell to less than half
@@ -51,7 +51,7 @@ _ALLOWED = GoalError(GOAL_POSITION, GOAL_ORIENTATION, GOAL_OTHER)
 
 
 class End(NamedTuple):
-    """Where a descent ended.
+    """The end of a descent.
 
     Attributes:
         q: The posture, (nq,) [rad, m].
@@ -69,7 +69,7 @@ class End(NamedTuple):
 
 
 class _Merit:
-    """Accept what does not raise φ.
+    """Accept a step if φ does not grow.
 
     Args:
         share: ν.
@@ -93,7 +93,7 @@ class _Merit:
 
 
 class _InOrder:
-    """Accept what improves a level and keeps those before it, up to an error that Newton's next step removes.
+    """Accept a step that improves a level and keeps the levels before it up to a small error.
 
     A level counts as kept if its E_k is at most `_SLACK`² above the least so far.
     """
@@ -172,7 +172,7 @@ class Descent:
             iterations: Largest number of ticks.
 
         Returns:
-            Where it ended: at the goals, at rest, or after that many ticks.
+            The end, which is at the goals, at rest, or after that many ticks.
         """
         return self._descend(q, iterations, _Merit(_SHARE), rest=False)
 
@@ -183,7 +183,7 @@ class Descent:
             q: The posture, (nq,) [rad, m].
 
         Returns:
-            Where it ended, with the merit of the last ν.
+            The end, with the merit of the last ν.
         """
         end, ticks = End(q, False, np.inf, 0, False), 0
         for share in _POLISH:
@@ -201,7 +201,7 @@ class Descent:
             iterations: Largest number of ticks.
 
         Returns:
-            Where it ended; it is `still` if a step there is shorter than what counts as motion.
+            The end; it is `still` if a step there is shorter than what counts as motion.
         """
         return self._descend(q, iterations, _InOrder(), rest=True)
 
@@ -222,11 +222,11 @@ class Descent:
         return self._loop.tick(q, 0.0)
 
     def errors(self) -> dict[str, GoalError]:
-        """Return what each task lacks at the posture of the last tick, by name."""
+        """Return the error of each task at the posture of the last tick, by name."""
         return {known.task.name: _error(known) for known in chain(*self._levels)}
 
     def _descend(self, q: Array, iterations: int, judge: _Merit | _InOrder, *, rest: bool) -> End:
-        """Go downhill from a posture until the goals are met, with `rest` until nothing moves any more."""
+        """Descend from a posture until the goals are met or, with `rest`, until no step moves the robot."""
         self._loop.forget()
         tick, integrate, radius = self._loop.tick, self.plan.robot.integrate, LARGEST_STEP
         best, met, step = q, False, np.zeros(0)
@@ -293,6 +293,6 @@ def _largest(v: Array) -> float:
 
 
 def _error(known: _Measured) -> GoalError:
-    """Return what a task lacks, by unit."""
+    """Return the error of a task, by unit."""
     parts = [known.task.error[rows] for rows in known.rows]
     return GoalError(*(float(np.sqrt(part @ part)) for part in parts))

@@ -1,4 +1,4 @@
-"""The answer to a question for a posture: the posture, what it lacks, and the verdict with its reason."""
+"""The result of a search for a posture: the posture, its errors, and the verdict with its reason."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -8,9 +8,10 @@ from taskopt.arrays import Array
 
 
 class Verdict(Enum):
-    """How the search for a posture ended; the value says it in words.
+    """The outcome of a search for a posture; the value describes it in words.
 
-    Only SOLVED is proven, by the errors. The other three rest on the starts that were tried.
+    Only SOLVED is proven, namely by the errors. The other three are judgements from the starts that were
+    tried.
     """
 
     SOLVED = "every goal is met, and the limits are kept"
@@ -20,7 +21,7 @@ class Verdict(Enum):
 
 
 class GoalError(NamedTuple):
-    """What one goal still lacks, each part the Euclidean norm of its rows.
+    """The error of one goal; each part is the Euclidean norm of the rows in one unit.
 
     Attributes:
         position: Norm of the rows in metres [m].
@@ -43,13 +44,14 @@ class PoseSolution:
 
     Attributes:
         q: The posture, (nq,) [rad, m]; where the goals are not met, the nearest that was found.
-        verdict: How the search ended.
+        verdict: The outcome of the search.
         reason: The verdict in one sentence, with names and numbers.
-        errors: What each task lacks at q, by its name.
-        limits: Limits that are in the way at q, by name and side; empty unless the verdict is LIMIT.
+        errors: Error of each task at q, by its name.
+        limits: Limits that keep the goals from being met at q, by name and side; empty unless the verdict is
+            LIMIT.
         starts: Number of starts that were tried.
         iterations: Number of ticks of all starts together.
-        at_rest: True if no step at q would improve a level below the goals; also without such a level.
+        at_rest: True if no step at q would improve a level below the goals, or if there is no such level.
     """
 
     q: Array

@@ -39,7 +39,7 @@ _KINDS: dict[tuple[int, ...], type[FrameTask | PositionTask | OrientationTask]] 
 
 
 class PoseSolver:
-    """Find postures for goals of one kind; everything is compiled and drawn once.
+    """Find postures for goals of one kind; the stack is compiled and random starts are drawn only once.
 
     The search begins at the posture that is given, and then at postures drawn uniformly within the position
     limits, those first whose frames are nearest to the goals. From each it descends by Newton's steps of
@@ -48,13 +48,13 @@ class PoseSolver:
 
     Args:
         robot: The robot.
-        goals: Goals by frame: a pose (4, 4), a position (3,) whose orientation is left free, or a rotation
-            (3, 3) whose position is left free, all in the world [m]. Or a stack: the tasks of its first level
-            are the goals, and the levels below come as near to theirs as the goals allow.
-        limits: Limits on the posture beside the goals of a mapping; a stack has its own. Default: the joint
-            limits of the robot.
+        goals: Mapping from frame to goal in the world: a pose (4, 4) [m], a position (3,) [m], which leaves
+            the orientation free, or a rotation (3, 3), which leaves the position free. Or a stack, whose
+            first level has the goals, while the levels below are met as well as the goals allow.
+        limits: Limits on the posture if the goals are a mapping; a stack has its own limits. Default: the
+            joint limits of the robot.
         postures: Number of postures that are drawn.
-        seed: Seed of the draw.
+        seed: Seed of the random postures.
 
     Raises:
         UnknownName: The robot has no such frame, joint or link.
@@ -106,13 +106,13 @@ class PoseSolver:
         """Find a posture.
 
         Args:
-            goals: Values for all frames of the solver's goals, each of the kind that it had. None: those that
-                the solver was made with, or, of a stack, the targets as they are now; a target that moves is
-                taken at its time 0 s.
+            goals: New values for all frames of the solver's goals, each of the same kind as before. None: the
+                goals with which the solver was made; for a stack, the present targets, of which a moving one
+                is taken at its time 0 s.
             start: Posture to begin at, (nq,) [rad, m]; targets that hold "the value at the start" take it
                 from here. Default: `near`, else the middle of the joint ranges, where no search begins.
-            near: Posture to stay near, (nq,) [rad, m]: a last level draws all joints there as far as the
-                levels before allow. It is the first start unless another one is given.
+            near: Posture to stay near, (nq,) [rad, m]: a last level moves all joints towards it as far as the
+                levels before allow. It is also the first start, unless `start` is given.
             starts: Largest number of starts.
 
         Returns:
