@@ -108,7 +108,7 @@ def _in_a_process(kind: Kind, seeds: Sequence[int], outcomes: dict[int, str]) ->
                 )
         os._exit(0)
     os.close(writer)
-    with os.fdopen(reader, "rb") as stream:
+    with os.fdopen(reader, "rb", buffering=0) as stream:  # what is buffered is nothing to select
         for seed in seeds:
             if not select.select([stream], [], [], _PATIENCE)[0]:
                 os.kill(child, signal.SIGKILL)
