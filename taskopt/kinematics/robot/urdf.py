@@ -184,7 +184,7 @@ def _couplings(path: Path, root: ET.Element) -> tuple[tuple[Coupling, ...], tupl
             continue
         where, leader = f"{path}: joint '{name}'", mimic.get("joint", "")
         if leader not in joints:
-            lost.append(f"joint {name} mimics '{leader}', which is not there, and moves by itself")
+            lost.append(f"{name} (of '{leader}')")
             continue
         if joints[leader].get("type") in ("planar", "floating"):
             raise InvalidValue(
@@ -192,7 +192,8 @@ def _couplings(path: Path, root: ET.Element) -> tuple[tuple[Coupling, ...], tupl
             )
         factor, offset = number(where, mimic, "multiplier", "1"), number(where, mimic, "offset", "0")
         stated.append(Coupling(name, leader, factor, offset))
-    return chained(path, stated), tuple(lost)
+    said = f"a joint that is mimicked is not there, so that these move by themselves: {', '.join(lost)}"
+    return chained(path, stated), (said,) if lost else ()
 
 
 def _without_stuck(parts: Parts, couplings: Iterable[Coupling]) -> Parts:

@@ -179,7 +179,7 @@ DROPPED = {
     ),
     "a leader that is not there": (
         robot(PAN, joint("tilt", "upper", "lower", LIMIT + '<mimic joint="knee"/>')),
-        "joint tilt mimics 'knee', which is not there",
+        "a joint that is mimicked is not there, so that these move by themselves: tilt (of 'knee')",
     ),
 }
 
