@@ -1,1 +1,1 @@
-"""Resolvers: (hierarchy, memory) → (resolution, memory), and their names."""
+"""Resolvers, which are functions (hierarchy, memory) → (resolution, memory), and their names."""

@@ -1,4 +1,4 @@
-"""The protocol of a resolver, (hierarchy, memory) -> (resolution, memory), and what all resolvers share."""
+"""The protocol of a resolver, (hierarchy, memory) → (resolution, memory), and functions for all resolvers."""
 
 from functools import partial
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -23,7 +23,7 @@ from taskopt.resolver.tick_review import TickReview
 class Memory(NamedTuple):
     """The data that a resolver carries from one tick to the next.
 
-    It is a plain value, so that it can be logged, and a tick resolved again from its memory gives the same
+    It is a plain value and can be logged. A tick that is resolved again from its memory gives the same
     answer.
 
     Attributes:
@@ -43,17 +43,17 @@ class Memory(NamedTuple):
 
 
 def checked(memory: Memory | None, layout: Layout) -> Memory | None:
-    """Return the memory if it fits a hierarchy of this layout.
+    """Check that a memory fits a hierarchy of a layout, and return it.
 
     Args:
-        memory: What a resolver returned, or what a log contains; None for a cold start.
+        memory: Memory from a resolver or from a log; None for a cold start.
         layout: Layout of the hierarchy to be resolved.
 
     Returns:
         The same memory.
 
     Raises:
-        InvalidValue: It is no `Memory`, or its active set or ranks belong to another layout.
+        InvalidValue: It is not a `Memory`, or its active set or ranks belong to another layout.
     """
     if memory is None:
         return None
@@ -80,7 +80,7 @@ def missing_parts(resolver: object) -> list[str]:
     """Return the parts of the protocol `Resolver` that an object lacks.
 
     Args:
-        resolver: Anything.
+        resolver: Any object.
 
     Returns:
         Names of the missing parts; empty for a complete resolver.
@@ -90,7 +90,7 @@ def missing_parts(resolver: object) -> list[str]:
 
 @runtime_checkable
 class Resolver(Protocol):
-    """Resolves one hierarchy after the other.
+    """A resolver, which answers one hierarchy after the other.
 
     It must not change the hierarchy, and must not keep anything from one call to the next except in the
     memory that it returns. The status of its answer is its claim; the certificate of the answer decides.
@@ -99,7 +99,7 @@ class Resolver(Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the resolver, such as "hqp/daqp"; it stands in logs, tables and messages."""
+        """Name of the resolver in logs, tables and messages, such as "hqp/daqp"."""
         ...
 
     @property
@@ -112,7 +112,7 @@ class Resolver(Protocol):
 
         Args:
             hierarchy: The problem of this tick.
-            memory: What the last call returned, for a warm start; None for a cold one.
+            memory: Memory that the last call returned, for a warm start; None for a cold start.
 
         Returns:
             The answer, and the memory for the next call.
@@ -120,22 +120,22 @@ class Resolver(Protocol):
         ...
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of the formula that solves the same problem without inequalities and limits.
+        """Return x (n,) of the formula for the same problem without inequalities and limits.
 
         Args:
             hierarchy: The problem of this tick.
 
         Returns:
-            The closed-form answer, which the answer of the resolver equals where no inequality is active.
+            The closed-form answer. It equals the answer of the resolver if no inequality is active.
         """
         ...
 
 
 def require_answer(returned: object, name: str, hierarchy: Hierarchy) -> tuple[Resolution, Memory]:
-    """Return what a resolver returned, if it has the form of an answer to the hierarchy.
+    """Check that a user's resolver returned an answer to its hierarchy, and return that answer.
 
     Args:
-        returned: What it returned.
+        returned: The object that the resolver returned.
         name: Name of the resolver, for the message.
         hierarchy: The hierarchy that it was given.
 
@@ -143,8 +143,8 @@ def require_answer(returned: object, name: str, hierarchy: Hierarchy) -> tuple[R
         The same resolution and memory.
 
     Raises:
-        InvalidValue: It is no pair of a `Resolution` and a `Memory`, the number of unknowns is another one,
-            or the status is no `Status`.
+        InvalidValue: The object is not a pair of a `Resolution` and a `Memory`, the number of unknowns is
+            wrong, or the status is not a `Status`.
     """
     if (
         isinstance(returned, tuple)
@@ -160,7 +160,7 @@ def require_answer(returned: object, name: str, hierarchy: Hierarchy) -> tuple[R
 
 
 def _fault_of_answer(returned: object, n: int) -> str:
-    """Say what a resolver returned instead of an answer to a hierarchy of n unknowns."""
+    """Describe the fault of an answer to a hierarchy of n unknowns; return "" if there is none."""
     if not isinstance(returned, tuple):
         return f"returned {type(returned).__name__} instead of the pair (Resolution, Memory)"
     kinds = ", ".join(type(part).__name__ for part in returned)
@@ -209,10 +209,10 @@ def answered(
 
 
 def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
-    """Look for other multipliers that prove the x of an answer, and put them into it.
+    """Find other multipliers that prove the x of an answer, and write them into the answer.
 
-    Where two rows agree but for rounding, an active-set method can end with multipliers that do not prove x
-    although x is the optimum. `find_multipliers` finds those that fit x best.
+    If two rows are equal up to rounding, an active-set method can end with multipliers that do not prove x
+    although x is the optimum. `find_multipliers` finds the multipliers that fit x best.
 
     Args:
         hierarchy: The problem that is answered.
@@ -220,7 +220,7 @@ def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
             are overwritten if the new ones prove x.
 
     Returns:
-        True if they do.
+        True if the new multipliers prove x.
     """
     layout = hierarchy.layout
     parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)

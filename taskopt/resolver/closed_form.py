@@ -1,9 +1,9 @@
 """The formulas of Sect. 3.5 on arrays, each with the number of its equation.
 
 The chapter is Siciliano, Sciavicco, Villani and Oriolo (2009), "Robotics: Modelling, Planning and Control",
-Ch. 3. Here J is a task Jacobian (m, n), v a task velocity (m,) [m/s, rad/s], q̇ joint velocities (n,)
-[rad/s, m/s], and W a symmetric positive definite (n, n) or its diagonal (n,). None of the formulas knows an
-inequality or a limit.
+Ch. 3. Here J is a task Jacobian (m, n), v a task velocity (m,) [m/s, rad/s], q̇ joint velocities (n,) [rad/s,
+m/s], and W a symmetric positive definite (n, n) or its diagonal (n,). None of the formulas considers
+inequalities or limits.
 """
 
 from collections.abc import Iterable, Sequence
@@ -49,10 +49,10 @@ def square_inverse(J: Array, v: Array) -> Array:
 
 
 def pseudo_inverse(J: Array) -> Array:
-    """Return J† = Jᵀ (J Jᵀ)⁻¹, computed from singular values, so that it is right where rank is lost, too.
+    """Return J† = Jᵀ (J Jᵀ)⁻¹, computed from singular values, so that it is also right if rank is lost.
 
-    q̇ = J† v (3.51) has the least norm of all q̇ with J q̇ = v, or of those that bring J q̇ nearest to v where
-    v is not in the range of J.
+    q̇ = J† v (3.51) has the least norm of all q̇ with J q̇ = v. If v is not in the range of J, it has the
+    least norm of all q̇ that bring J q̇ as near to v as possible.
 
     Args:
         J: (m, n) Jacobian of any rank.
@@ -71,7 +71,8 @@ def pseudo_inverse(J: Array) -> Array:
 def in_range(J: Array, v: Array, tolerance: float = IN_RANGE) -> bool:
     """Return True if v ∈ R(J), so that the arm can follow v even at a singularity.
 
-    The test is ‖v − J J† v‖ ≤ tolerance · ‖v‖, with the basis of R(J) that the rank rule leaves.
+    The test is ‖v − J J† v‖ ≤ tolerance · ‖v‖, with the basis of the range R(J) for the rank that the rank
+    rule decides.
 
     Args:
         J: (m, n) Jacobian of any rank.
@@ -79,7 +80,7 @@ def in_range(J: Array, v: Array, tolerance: float = IN_RANGE) -> bool:
         tolerance: Largest distance to the range, relative to ‖v‖.
 
     Returns:
-        True for v = 0 and for every v that is a combination of columns of J to the tolerance.
+        True for v = 0 and for every v that is a combination of the columns of J up to the tolerance.
 
     Source:
         Sect. 3.5.2.
@@ -159,7 +160,7 @@ def null_space_motion(J: Array, v: Array, v0: Array) -> Array:
 
 
 def gradient_motion(J: Array, v: Array, gradient: Array, k0: float) -> Array:
-    """Return (3.54) with q̇₀ = k₀ (∂w/∂q)ᵀ: follow v, and climb w with the freedom that is left.
+    """Return (3.54) with q̇₀ = k₀ (∂w/∂q)ᵀ, which follows v and climbs w with the remaining freedom.
 
     Args:
         J: (m, n) Jacobian of any rank.
@@ -183,7 +184,7 @@ def damped_inverse(J: Array, damping: float) -> Array:
 
     Args:
         J: (m, n) Jacobian of any rank.
-        damping: The factor k > 0. More is slower and smoother, and misses v by more.
+        damping: The factor k > 0. A larger k gives a slower and smoother motion with a larger error.
 
     Returns:
         J* (n, m).
@@ -196,7 +197,7 @@ def damped_inverse(J: Array, damping: float) -> Array:
 
 
 def task_priority(hierarchy: Hierarchy, damping: Damping = NONE) -> Array:
-    """Return x of `descend` on the equalities of a hierarchy, the hard ones first.
+    """Return the closed-form answer to the equalities of a hierarchy, the hard equalities first.
 
     Args:
         hierarchy: Any hierarchy; its inequalities are ignored.
@@ -231,15 +232,15 @@ def descend(
 
         x_k = x_{k−1} + N_{k−1} (J_k N_{k−1})† (v_k − J_k x_{k−1})
 
-    N_k is an orthonormal basis of the true null space of all levels up to k. With damping only the inverse
-    becomes (3.59), never N. Weights act within a level, W over the whole: what stays free has the least
-    xᵀ W x. The levels may have any rank.
+    N_k is an orthonormal basis of the true null space of all levels up to k. Damping changes only the
+    inverse, which becomes (3.59), and never N. Weights act within a level. Of all x that are optimal for the
+    levels, that with the least xᵀ W x is returned. The levels may have any rank.
 
     Args:
         levels: (J, v, weight) of each level, the highest priority first.
         W: (n, n) symmetric positive definite, or its diagonal (n,).
-        damping: Gives k² for each singular value.
-        rule: Decides which singular values count.
+        damping: Policy that gives k² for each singular value.
+        rule: Rule that decides which singular values count.
         previous_ranks: Ranks of the last tick, so that ranks change with hysteresis; empty for none.
 
     Returns:

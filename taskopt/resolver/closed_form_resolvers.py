@@ -1,4 +1,4 @@
-"""`pinv` and `dls`: the formulas of the chapter as resolvers. They know no limit, and claim no optimum."""
+"""`pinv` and `dls`, the formulas of the chapter as resolvers, which ignore limits and claim no optimum."""
 
 from dataclasses import dataclass
 
@@ -20,9 +20,9 @@ from taskopt.resolver.closed_form import descend, task_priority
 class PseudoInverse:
     """Resolve by task priority with the pseudo-inverse, for any number of levels.
 
-    For two levels it is (3.54): with q̇₀ as second level, N (I N)† (q̇₀ − J† v) = N Nᵀ q̇₀. It promises the
-    lexicographic optimum of the equalities, the hard equalities before the first level. It does not look at
-    limits, and its status is always FORMULA. It refuses levels that hold inequalities.
+    For two levels with q̇₀ as the second level it is (3.54), since N (I N)† (q̇₀ − J† v) = N Nᵀ q̇₀. It
+    promises the lexicographic optimum of the equalities, with the hard equalities before the first level. It
+    ignores limits, and its status is always FORMULA. It refuses levels with inequalities.
 
     Attributes:
         rule: Decides ranks; the ranks are the memory of this resolver.
@@ -61,9 +61,9 @@ class PseudoInverse:
 class DampedLeastSquares:
     """Resolve by task priority with the damped inverse at each level and the projector undamped.
 
-    It promises velocities that stay bounded near a singularity, at the cost of the task. It does not look at
+    It promises velocities that stay bounded near a singularity, at the cost of errors of the task. It ignores
     limits, and its status is always FORMULA. Its closed-form answer is that of `PseudoInverse`, so that the
-    distance between them is what damping costs. It refuses levels that hold inequalities.
+    distance between the two is the effect of the damping. It refuses levels with inequalities.
 
     Attributes:
         damping: Policy that gives k² for each singular value, see `taskopt.hierarchy.damping`.
@@ -114,7 +114,7 @@ class DampedLeastSquares:
 def _by_formula(
     hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
 ) -> tuple[Resolution, Memory]:
-    """Go down the levels, and pack x with the multipliers that fit it best."""
+    """Solve the levels in order, and return x with the multipliers that fit it best."""
     _refuse_inequalities(hierarchy, name)
     memory = checked(memory, hierarchy.layout)
     previous_ranks = memory.ranks if memory else ()

@@ -1,4 +1,4 @@
-"""`cvxpy/<solver>`: the hierarchy stated level by level in CVXPY, as the chapter states its problems.
+"""`cvxpy/<solver>`, which states a hierarchy level by level in CVXPY, as the chapter states its problems.
 
 It is an independent model to compare the other resolvers with. The unknowns are x itself. A level becomes a
 constraint A x = b wherever that can be satisfied, as in (3.50), and a least-squares problem where it cannot;
@@ -35,8 +35,8 @@ class CvxpyModel:
 
     It promises the lexicographic optimum within the accuracy of the solver. If a program fails, its level and
     the levels below are not served and the status is ITERATION_LIMIT; the limits and the levels before are
-    kept. The status is INFEASIBLE, with x = NaN, if the hard limits contradict each other. It does not
-    promise speed: a level takes milliseconds. Each call starts cold.
+    kept. The status is INFEASIBLE, with x = NaN, if the hard limits contradict each other. It is slow, since
+    each level takes milliseconds. It does not use a warm start.
 
     Attributes:
         solver: Name of the solver, one of `taskopt.solver.cvxpy.ENGINES`.
@@ -88,7 +88,7 @@ class CvxpyModel:
 
 
 class _Cascade:
-    """Go down the levels: x so far, C x = c that holds from here on, and G x ≤ h that must be kept."""
+    """The state between levels: x so far, the fixed rows C x = c, and the rows G x ≤ h to be kept."""
 
     def __init__(self, hierarchy: Hierarchy, engine: str) -> None:
         self.engine, self.n = engine, hierarchy.n
@@ -124,7 +124,7 @@ class _Cascade:
             self._stop(found.status)
 
     def _as_constraint(self, rows: LevelRows) -> bool:
-        """Solve min ½ xᵀ W x s.t. A x = b and all before (3.50); return False where A x = b cannot hold."""
+        """Solve min ½ xᵀ W x s.t. A x = b and all rows before (3.50); return False if A x = b cannot hold."""
         equal = rows.lower == rows.upper
         A, b = rows.A[equal], rows.upper[equal]
         if not self._reachable(A, b):
@@ -140,7 +140,7 @@ class _Cascade:
         return True
 
     def _in_least_squares(self, rows: LevelRows) -> None:
-        """Solve min ½ Σ w d(x)² s.t. all before, and keep the residuals for the levels below."""
+        """Solve min ½ Σ w d(x)² s.t. all rows before, and fix the residuals for the levels below."""
         equal = rows.lower == rows.upper
         A, b = rows.A[equal], rows.upper[equal]
         lower, upper = rows.lower[~equal], rows.upper[~equal]
@@ -180,7 +180,7 @@ class _Cascade:
         return _met(rows, sides, x)
 
     def _with(self, A: Array, b: Array) -> tuple[Array, Array]:
-        """Return C x = c and those rows of A x = b that do not depend on others, which solvers stumble on."""
+        """Return C x = c with the independent rows of A x = b, since dependent rows make solvers fail."""
         size = np.linalg.norm(A, axis=1)
         A, b = A[size > 0.0] / size[size > 0.0, None], b[size > 0.0] / size[size > 0.0]
         basis = np.linalg.qr(self.C.T)[0]
@@ -194,7 +194,7 @@ class _Cascade:
         return np.vstack([self.C, A[new]]), np.concatenate([self.c, b[new]])
 
     def _stop(self, status: Status) -> None:
-        """Take over a status other than SOLVED; an x that is known already only was not finished."""
+        """Note a status other than SOLVED; if x is known already, the status is ITERATION_LIMIT."""
         self.status = Status.ITERATION_LIMIT if np.isfinite(self.x).all() else status
 
 

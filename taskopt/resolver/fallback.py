@@ -1,7 +1,7 @@
-"""`active-set` as users get it: the active-set search, with phase one and a cascade of programs behind it.
+"""The resolver `active-set`: the active-set search, with phase one and a cascade of programs as fallback.
 
-This is the one place where the search, phase one and the cascade of `hqp` are wired together, so that none
-of them has to import another one. The search itself (`taskopt.resolver.active_set`) never falls back.
+Only this module combines the search, phase one and the cascade of `hqp`, so that none of them has to import
+another one. The search itself (`taskopt.resolver.active_set`) never falls back.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ from taskopt.resolver.tick_review import TickReview
 
 @dataclass(frozen=True)
 class ActiveSetWithFallback:
-    """Resolve with the active-set search; where it finds no proof, ask another resolver.
+    """Resolve with the active-set search; if it finds no proof, call another resolver.
 
     It promises the lexicographic optimum inside the hard limits, proven by the certificate. It does not
     promise a bound on computing time.
@@ -30,12 +30,12 @@ class ActiveSetWithFallback:
     some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if the
     certificate proves it, and `resolution.fallback` has its name.
 
-    Where the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides.
-    The status is INFEASIBLE only if phase one finds the contradiction, too.
+    If the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides, and
+    the status is INFEASIBLE only if phase one finds the contradiction, too.
 
     Attributes:
         search: The search.
-        fallback: The resolver that is asked where the search finds no proof; None: no other is asked.
+        fallback: The resolver that is called if the search finds no proof; None for none.
     """
 
     search: ActiveSet = field(default_factory=ActiveSet)
@@ -68,15 +68,15 @@ class ActiveSetWithFallback:
         return (resolution if resolution.claimed else self.conclude(resolution)), memory
 
     def conclude(self, resolution: Resolution) -> Resolution:
-        """Check an INFEASIBLE of the search by phase one, and ask the fallback where there is no proof.
+        """Check the status INFEASIBLE by phase one, and call the fallback if there is no proof.
 
         Args:
             resolution: An answer of the search.
 
         Returns:
-            The answer of the fallback, if it was asked and its answer is proven. It is asked if the search
-            has FAILED, or if phase one refutes its INFEASIBLE. If the fallback proves nothing: the answer of
-            the search with the status FAILED. In all other cases: the answer of the search, unchanged.
+            The fallback is called if the status is FAILED, or if it is INFEASIBLE and phase one refutes that.
+            Then the result is the answer of the fallback if that is proven, else the answer of the search
+            with the status FAILED. In all other cases the answer of the search is returned unchanged.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:

@@ -1,7 +1,8 @@
-"""`hqp/<solver>`: a cascade of quadratic programs, one a level, in the null space of the levels before.
+"""`hqp/<solver>`, a cascade of quadratic programs, one for each level, in the null space of those before.
 
-A level is first asked for exactly, as equality rows with the least norm. Where limits or its own rows forbid
-that, it is solved in least squares; its residuals are then frozen, and so are the rows that hold it back.
+A level is first stated as equality rows, with the least norm as cost. If limits or its own rows make that
+infeasible, it is solved in least squares. Its residuals, and the rows that hold it back, are then fixed for
+the levels below.
 
 Source: Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4).
 """
@@ -36,16 +37,17 @@ from taskopt.solver.registry import solver
 
 @dataclass(frozen=True)
 class HierarchicalQP:
-    """Resolve strict priorities with any solver, one program a level.
+    """Resolve strict priorities with any solver, by one quadratic program for each level.
 
     It promises the lexicographic optimum within the accuracy of the solver. If a program fails although a
-    point inside the limits was known, its level and those below are not served and the status is
+    point inside the limits is known, its level and those below are not solved and the status is
     ITERATION_LIMIT; the limits and the levels before are kept. The status is INFEASIBLE, with x = NaN, if and
     only if phase one finds that the hard limits contradict each other. It does not use a warm start.
 
     Attributes:
         solver: Name of the solver, see `taskopt.solver.registry.solvers`.
-        accuracy: Accuracy wanted in x, relative to its largest entry; the solver is given tolerances for it.
+        accuracy: Requested accuracy of x, relative to its largest entry; the tolerances of the solver follow
+            from it.
         rule: Decides ranks; the ranks are the memory of this resolver.
     """
 
@@ -71,7 +73,7 @@ class HierarchicalQP:
 
         Args:
             hierarchy: The problem of this tick.
-            memory: What the last call returned; its ranks give the hysteresis of the rank rule.
+            memory: Memory that the last call returned; the rank rule needs its ranks for the hysteresis.
 
         Returns:
             The answer, and a memory with its active set and ranks.
@@ -102,7 +104,7 @@ class HierarchicalQP:
 
 
 class _Cascade:
-    """Go down the levels: ξ so far, a basis Z of the free directions, and the inequality rows that must hold.
+    """The state between levels: ξ so far, a basis Z of the free directions, and the inequality rows.
 
     Rows are on ξ = L x with W = Lᵀ L and scaled by √w.
     """
@@ -125,7 +127,7 @@ class _Cascade:
             self.feasible |= not equal.any() and self.rows.contain(self.xi, 0.0)
 
     def level(self, k: int) -> bool:
-        """Resolve level k; return False where no program could be solved."""
+        """Resolve level k; return False if no program could be solved."""
         if self.status is not Status.SOLVED:
             return False
         own = self._rows(k)
@@ -159,7 +161,7 @@ class _Cascade:
             self._stop(solution.status)
 
     def _in_least_squares(self, met: RowSVD, inequalities: RowSet, own_here: RowSet, before: RowSet) -> bool:
-        """Resolve a level that cannot be met, and freeze its residuals and the rows that hold it back."""
+        """Resolve a level that cannot be met, and fix its residuals and the rows that hold it back."""
         found = least_violation(self.solve, met, own_here, before)
         self.iterations += found.iterations
         if found.status is not Status.SOLVED:
@@ -185,11 +187,11 @@ class _Cascade:
         self.feasible = True
 
     def _stop(self, status: Status) -> None:
-        """Take over a status other than SOLVED; a ξ inside the limits was only not finished."""
+        """Note a status other than SOLVED; if ξ is inside the limits, the status is ITERATION_LIMIT."""
         self.status = Status.ITERATION_LIMIT if self.feasible else status
 
     def _decompose(self, k: int, equalities: RowSet, scale: float) -> RowSVD:
-        """Decompose the equality rows of level k as seen from ξ, and record the rank that is decided."""
+        """Decompose the equality rows of level k on z, and record the rank that is decided."""
         M = equalities.G @ self.Z
 
         def rank(sigma: Array) -> int:
@@ -201,7 +203,7 @@ class _Cascade:
         return row_svd(M, equalities.upper - equalities.G @ self.xi, rank)
 
     def _eliminate(self, fixed: RowSet) -> None:
-        """Satisfy the hard equalities; they contradict each other if a residual is left."""
+        """Satisfy the hard equalities, which contradict each other if a residual remains."""
         if not len(fixed.lower):
             self.accounts.append(LevelAccount(0, 0, self.Z.shape[1], 0, np.inf, 0.0))
             return

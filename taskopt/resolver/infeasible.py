@@ -1,7 +1,7 @@
-"""Contradicting hard limits: phase one, the conflict, the least relaxation, and the conflict policies.
+"""Hard limits that contradict each other: phase one, conflicts, the least relaxation, conflict policies.
 
-Whether the hard limits of a hierarchy contradict each other is decided here and nowhere else, because the
-status of a solver is only a claim. Phase one solves
+Only this module decides if the hard limits of a hierarchy contradict each other, because the status of a
+solver is only a claim. Phase one solves
 
     min over x of ½ Σ_i max(a_iᵀ x − b_i, 0)²,
 
@@ -79,13 +79,13 @@ class Conflict:
 
 
 def limits_agree(hierarchy: Hierarchy) -> bool:
-    """Return True if the hard limits of a hierarchy can hold together; run phase one alone.
+    """Return True if the hard limits of a hierarchy can hold together, as phase one decides.
 
     Args:
         hierarchy: Any hierarchy; its levels are ignored.
 
     Returns:
-        False if every x breaks at least one hard limit by more than the tolerance of phase one.
+        False if every x violates at least one hard limit by more than the tolerance of phase one.
     """
     sides, A, bound = _one_sided_limits(hierarchy)
     return not _gaps(A, bound, np.arange(len(sides))).any()
@@ -120,7 +120,7 @@ def find_conflict(hierarchy: Hierarchy) -> Conflict | None:
 
 
 def relax(hierarchy: Hierarchy, conflict: Conflict) -> Hierarchy:
-    """Return a copy of a hierarchy whose hard limits have given way by the least relaxation.
+    """Return a copy of a hierarchy whose hard limits are moved outwards by the least relaxation.
 
     Each bound b moves outwards by its gap plus `RELAXATION_ROOM` · max(1, |b|). Without that extra room the
     feasible set would be as thin as rounding errors, and no solver could find a point in it.
@@ -173,10 +173,10 @@ def no_answer(hierarchy: Hierarchy, status: Status, iterations: int = 0) -> tupl
 
 
 def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, Memory]:
-    """Replace a claimed optimum that breaks a hard limit, if phase one says that every x must break one.
+    """Replace a claimed optimum that violates a hard limit, if phase one finds that every x must do so.
 
     Args:
-        answer: What a resolver is about to return.
+        answer: Answer that a resolver is about to return.
 
     Returns:
         `no_answer` with the status INFEASIBLE in the case above; otherwise `answer` itself.
@@ -189,7 +189,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
 
 
 def checked_policy(name: str) -> ConflictPolicy:
-    """Return the conflict policy of a name.
+    """Check the name of a conflict policy, and return it.
 
     Args:
         name: "raise", "relax" or "brake".
@@ -225,8 +225,8 @@ def apply_conflict_policy(
         when: Time of the tick in words, for the message of the error.
 
     Returns:
-        `answer` itself where phase one finds no contradiction. Otherwise an answer with the status RELAXED
-        (or what the resolver says of the relaxed hierarchy) or BRAKED, with notes that name the conflict.
+        `answer` itself if phase one finds no contradiction. Otherwise an answer with notes that name the
+        conflict, and with the status BRAKED, RELAXED, or that of the resolver for the relaxed hierarchy.
 
     Raises:
         Infeasible: The policy is "raise" and the limits contradict each other. The error describes the
@@ -245,7 +245,7 @@ def apply_conflict_policy(
 
 
 def _braked(hierarchy: Hierarchy, brakes: Array, conflict: Conflict) -> Resolution:
-    """Return the braking velocity as an answer whose notes name the conflict and the limits still broken."""
+    """Return the braking velocity as an answer whose notes name the conflict and the limits it violates."""
     layout = hierarchy.layout
     multipliers = np.zeros((layout.level_count + 1, layout.width))
     state = np.zeros(layout.width, dtype=np.int8)
@@ -254,7 +254,7 @@ def _braked(hierarchy: Hierarchy, brakes: Array, conflict: Conflict) -> Resoluti
 
 
 def _broken_limits(hierarchy: Hierarchy, v: Array) -> list[str]:
-    """Return one sentence with name and amount for each hard limit that v (n,) breaks."""
+    """Return one sentence with name and amount for each hard limit that v (n,) violates."""
     layout = hierarchy.layout
     stop = layout.rows_of_level(0).stop
     value, (lower, upper) = hierarchy.values(v, stop), hierarchy.bounds(stop)
@@ -268,7 +268,7 @@ def _broken_limits(hierarchy: Hierarchy, v: Array) -> list[str]:
 
 
 def _with_unit(value: float, digits: int, unit: str) -> str:
-    """Return a number with so many significant digits, followed by its unit if it has one."""
+    """Return a number with the given number of significant digits, followed by its unit if it has one."""
     return f"{value:.{digits}g} {unit}".rstrip()
 
 

@@ -2,8 +2,8 @@
 
 The unknowns of the whole cascade are ξ = L x with W = Lᵀ L, so that the norm is ½ ξᵀ ξ. A level is solved for
 z, with ξ + Z z, where ξ is the answer of the levels before and the columns of Z (n, p) are an orthonormal
-basis of the directions that they left free. Its equality rows M z = d are decomposed into M = U Σ Vᵀ. Then
-y₁ = Σ V₁ᵀ z is decided by them and y₂ = V₂ᵀ z is not.
+basis of the directions that they left free. Its equality rows M z = d are decomposed into M = U Σ Vᵀ. The
+rows decide y₁ = Σ V₁ᵀ z and leave y₂ = V₂ᵀ z free.
 
 Source: Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4), Sect. III; Escande, Mansard and Wieber
 (2014), Int. J. Robotics Research 33(7), Sect. 2.
@@ -28,7 +28,7 @@ _EASED = 0.7  # share of the pull that is left from step to step, so that steps 
 
 @dataclass(frozen=True, eq=False)
 class RowSet:
-    """Rows lower ≤ G ξ ≤ upper.
+    """A set of rows lower ≤ G ξ ≤ upper.
 
     Attributes:
         G: (m, n) rows on ξ, or (m, p) rows on z.
@@ -70,7 +70,7 @@ class RowSet:
         )
 
     def contain(self, xi: Array, tolerance: float = LEVEL_VIOLATION) -> bool:
-        """Check if a point keeps all rows.
+        """Return True if a point keeps all rows.
 
         Args:
             xi: (n,) the point ξ.
@@ -89,11 +89,11 @@ class RowSet:
         Args:
             xi: (n,) the answer so far.
             Z: (n, p) basis of the free directions.
-            feasible: Whether ξ is known to keep the rows. Bounds that it breaks by rounding errors are then
-                moved to z = 0, so that the program has a feasible point for certain.
+            feasible: True if ξ is known to keep the rows. Bounds that it violates by rounding errors are then
+                moved so that z = 0 keeps them, and the program has a feasible point for certain.
 
         Returns:
-            Rows on z, without the rows that keep nothing of themselves in the null space.
+            Rows on z, without the rows that vanish in the null space.
         """
         projected = self.G @ Z
         alive = np.linalg.norm(projected, axis=1) > REDUNDANT_ROW * np.linalg.norm(self.G, axis=1)
@@ -111,7 +111,7 @@ class RowSVD:
     Attributes:
         direction: (r, p) V₁ᵀ, the directions that the rows decide.
         free: (p, p − r) V₂, the directions that they leave free.
-        goal: (r,) U₁ᵀ d, what they ask for.
+        goal: (r,) U₁ᵀ d, the right-hand side in those directions.
         sigma: (r,) the singular values that count, falling.
     """
 
@@ -132,7 +132,7 @@ def row_svd(M: Array, d: Array, rank: Callable[[Array], int]) -> RowSVD:
     Args:
         M: (m, p) rows.
         d: (m,) right-hand sides.
-        rank: Returns how many of the singular values (falling) count.
+        rank: Function that returns how many of the singular values (falling) count.
 
     Returns:
         The decomposition.
@@ -143,7 +143,7 @@ def row_svd(M: Array, d: Array, rank: Callable[[Array], int]) -> RowSVD:
 
 
 def least_norm_solution(solve: SolveProgram, offset: Array, equal: RowSVD, rows: RowSet) -> Solution:
-    """Solve min ½ ‖z + offset‖² subject to V₁ᵀ z = Σ⁻¹ U₁ᵀ d and rows: the level is met exactly.
+    """Solve min ½ ‖z + offset‖² subject to V₁ᵀ z = Σ⁻¹ U₁ᵀ d and rows, which meets the level exactly.
 
     Equality rows keep the raw answer accurate, whereas normal equations would square the condition number.
 
@@ -154,7 +154,7 @@ def least_norm_solution(solve: SolveProgram, offset: Array, equal: RowSVD, rows:
         rows: Inequality rows on z that must hold.
 
     Returns:
-        What the solver found; not SOLVED where the level cannot be met.
+        The solution of the solver; its status is not SOLVED if the level cannot be met.
     """
     p = equal.direction.shape[1]
     goal = equal.goal / equal.sigma
@@ -180,7 +180,7 @@ class LeastViolation:
         multipliers: Multipliers of the rows that must hold, followed by those of the level's inequalities.
         status: What the solver claims.
         iterations: Iterations of all programs that were solved.
-        complete: Whether every proximal step was solved.
+        complete: True if every proximal step was solved.
     """
 
     z: Array
@@ -191,7 +191,7 @@ class LeastViolation:
 
 
 def least_violation(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet) -> LeastViolation:
-    """Solve min ½ ‖y₁ − U₁ᵀ d‖² + ½ ‖t‖², where soft rows may be broken by t and the others must hold.
+    """Solve min ½ ‖y₁ − U₁ᵀ d‖² + ½ ‖t‖², in which soft rows may be violated by t and the others must hold.
 
     Args:
         solve: Solves programs with a diagonal H.
@@ -200,8 +200,8 @@ def least_violation(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowS
         rows: Inequality rows on z that must hold.
 
     Returns:
-        The answer with the weakest proximal pull at which no step failed, or else with the last pull that
-        gave an answer.
+        The answer with the smallest proximal term for which no step failed; if there is none, the answer with
+        the last term that gave one.
     """
     found = _proximal(solve, equal, soft, rows, _PULLS[0])
     iterations = found.iterations
@@ -219,9 +219,10 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
     """Solve the least-squares level by proximal steps, which make the Hessian positive definite.
 
     Each step adds ½ ρ (1 − s²)(u − u_last)² for every unknown u of z, with its own curvature s². In units of
-    1/σ the curvature is one. Along directions that the rows leave open (σ = 0), or nearly so, units grow only
-    to that of the smallest σ that is not thin: in longer units all rows would look alike to a solver, and in
-    shorter ones steps would be tiny. Rows are scaled to unit length for the same reason.
+    1/σ the curvature is one. Along directions that the rows leave free (σ = 0) or nearly free, the unit is
+    that of the smallest σ above THIN_DIRECTION: with longer units all rows would look parallel to a solver,
+    and with shorter ones the steps would be tiny. Rows are scaled to unit length for the same reason.
+
     Source:
         Rockafellar (1976), SIAM J. Control and Optimization 14(5).
     """
@@ -272,7 +273,7 @@ def free_directions(equal: RowSVD, violated: Array, active: Array) -> Array:
     Args:
         equal: Equality rows of the level on z, whose residuals are kept.
         violated: (·, p) inequality rows of the level that are violated, whose residuals are kept.
-        active: (·, p) rows that hold this level back and must not be left.
+        active: (·, p) rows that hold this level back and must stay at their bounds.
 
     Returns:
         (p, ·) orthonormal columns.

@@ -1,7 +1,7 @@
 """Resolvers by name: "active-set", "pinv", "transpose", "dls", "hqp/…", "wqp/…" and "cvxpy/<solver>".
 
 To add a resolver to taskopt, write a class (see `taskopt.resolver.base.Resolver`) and add a line to one of
-the two tables below. From outside, call `register_resolver`.
+the two tables below. For a resolver outside the package, call `register_resolver`.
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ def resolver(name: str) -> Resolver:
     """Return the resolver of a name, with default settings.
 
     Args:
-        name: Such as "active-set" or "hqp/daqp"; `resolver_names` lists all.
+        name: Name such as "active-set" or "hqp/daqp"; `resolver_names` lists all.
 
     Returns:
         A new resolver.
@@ -61,7 +61,7 @@ def resolver(name: str) -> Resolver:
 
 
 def resolver_names() -> tuple[str, ...]:
-    """Return the names of all resolvers, those whose solver is not installed included."""
+    """Return the names of all resolvers, including those whose solver is not installed."""
     return (*_PLAIN, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
 
 
@@ -76,7 +76,7 @@ def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
         Its answer.
 
     Raises:
-        InvalidValue: `hierarchy` is no hierarchy, or the resolver of a user returns no answer to it.
+        InvalidValue: `hierarchy` is not a `Hierarchy`, or a user's resolver returns no answer to it.
         UnknownName: There is no such resolver.
         NotInstalled: The package of its solver cannot be imported.
     """
@@ -86,7 +86,7 @@ def resolve(hierarchy: Hierarchy, name: str = DEFAULT) -> Resolution:
 
 
 def as_resolver(value: str | Resolver) -> Resolver:
-    """Return a resolver by its name, or check that a resolver of somebody's own is complete.
+    """Return the resolver of a name, or check that a user's own resolver is complete.
 
     Args:
         value: Name of a resolver, or a resolver.
@@ -111,19 +111,19 @@ def as_resolver(value: str | Resolver) -> Resolver:
 
 
 def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) -> Resolver:
-    """Add a resolver of your own, so that it can be asked for by its name everywhere.
+    """Add a resolver of your own, so that its name can be used everywhere.
 
-    `taskopt.testing.check_resolver` tests whether it keeps the promises of a resolver.
+    `taskopt.testing.check_resolver` tests that it keeps the promises of a resolver.
 
     Args:
-        make: Returns a new resolver with default settings, such as the class of the resolver.
+        make: Function that returns a new resolver with default settings, such as the class of the resolver.
         replace: True to replace a resolver that has this name already.
 
     Returns:
-        A resolver that `make` returned; its `name` is the name to ask for.
+        A resolver that `make` returned, whose `name` is registered.
 
     Raises:
-        InvalidValue: What `make` returns lacks a part of the protocol, or its name is empty or taken.
+        InvalidValue: The resolver lacks a part of the protocol, or its name is empty or taken.
     """
     if not callable(make):
         raise InvalidValue(f"make must return a resolver when it is called, got {type(make).__name__}")
@@ -139,6 +139,6 @@ def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) ->
 
 
 def _engines(family: str) -> tuple[str, ...]:
-    """Return the names of the solvers that a family can use; CVXPY can use some of them only."""
+    """Return the names of the solvers that a family can use; CVXPY can use only some of them."""
     names = tuple(row.name for row in solvers())
     return tuple(name for name in names if name in ENGINES) if family == "cvxpy" else names

@@ -1,6 +1,7 @@
-"""The regret of each level: by how much an answer meets it worse than the lexicographic optimum does.
+"""The regret of each level, by which an answer is worse there than the lexicographic optimum.
 
-It compares answers to one hierarchy, whoever computed them: a weighted QP, a pseudo-inverse, another library.
+It compares answers to one hierarchy from any source, such as a weighted QP, a pseudo-inverse or another
+library.
 """
 
 import numpy as np
@@ -17,9 +18,9 @@ def regret(hierarchy: Hierarchy, x: ArrayLike) -> Array:
     """Return the regret r_k(x) = ‖d_k(x)‖_w − ‖d_k(x*)‖_w of each level.
 
     x* is the lexicographic optimum, d_k(x) the distance of the rows of level k to their bounds, and
-    ‖d‖_w² = Σ w d². A positive regret says that x gave the level up for a lower one, as weights that are not
-    infinite do. A negative one says that x meets the level better than the optimum does, at the cost of a
-    level before it or of a hard limit.
+    ‖d‖_w² = Σ w d². A positive regret means that x makes the level worse in favour of a lower one, as finite
+    weights do. A negative regret means that x meets the level better than the optimum, at the cost of a level
+    before it or of a hard limit.
 
     Args:
         hierarchy: The problem.

@@ -1,7 +1,7 @@
-"""From the accuracy wanted in x to the tolerance that a solver is asked for, and programs of unit size.
+"""Conversion of a requested accuracy of x to a tolerance of a solver, and scaling of programs to unit size.
 
-Where the active set is right, the error of x is at most the dual residual divided by the least eigenvalue of
-H. A tolerance of a solver is therefore a promise about x only if H and the size of x are known. The cascade
+If the active set is right, the error of x is at most the dual residual divided by the least eigenvalue of H.
+The tolerance of a solver therefore bounds the error of x only if H and the size of x are known. The cascade
 of `hqp` and the weighted problem both solve their programs through this module.
 """
 
@@ -20,7 +20,7 @@ SolveProgram = Callable[[QuadraticProgram], Solution]
 
 
 def checked_accuracy(value: float) -> float:
-    """Return a relative accuracy that double precision can give.
+    """Check that double precision can give a relative accuracy, and return it.
 
     Args:
         value: Accuracy of x, relative to its largest entry.
@@ -29,7 +29,7 @@ def checked_accuracy(value: float) -> float:
         The same number as a float.
 
     Raises:
-        InvalidValue: It is not a number in [1e-13, 1).
+        InvalidValue: The value is not a number in [1e-13, 1).
     """
     accuracy = float(finite("accuracy", value, ()))
     if not LEAST_ACCURACY <= accuracy < 1.0:
@@ -38,14 +38,14 @@ def checked_accuracy(value: float) -> float:
 
 
 def solve_to(solve: Solve, accuracy: float) -> SolveProgram:
-    """Return a function that solves programs with a diagonal H, so that x is accurate relative to its size.
+    """Make a function that solves programs with a diagonal H to a given relative accuracy of x.
 
-    Gradient and bounds are divided by the size that x is expected to have, which leaves x of size one.
-    The tolerance is `SOLVER_SHARE` · accuracy · min(1, least entry of H).
+    Gradient and bounds are divided by the expected size of x, so that the scaled x has about size one. The
+    tolerance is `SOLVER_SHARE` · accuracy · min(1, least entry of H).
 
     Args:
         solve: A solver.
-        accuracy: Accuracy wanted in x, relative to its largest entry.
+        accuracy: Requested accuracy of x, relative to its largest entry.
 
     Returns:
         A function from a program to its solution, in the units of that program.

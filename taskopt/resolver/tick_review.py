@@ -1,4 +1,4 @@
-"""The review of one answer: its closed form, its error in x, and the causes of their difference."""
+"""The review of one answer: its closed form, the error of x, and the causes of a difference."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,12 +17,12 @@ from taskopt.resolver.closed_form import LevelEqualities, TaskPriority, descend
 
 @dataclass(frozen=True, eq=False)
 class TickReview(Review):
-    """Review one resolution. Nothing is computed before it is asked for, so a control loop does not pay.
+    """The review of one resolution; nothing is computed before the first access, to keep ticks fast.
 
     Attributes:
         resolution: The answer under review.
-        accuracy: Accuracy that the resolver was asked for in x, relative to its largest entry.
-        own: Ranks and damping that the resolver decided itself; empty where it does not tell.
+        accuracy: Accuracy of x, relative to its largest entry, that the resolver was asked for.
+        own: Ranks and damping that the resolver decided itself; empty if it does not report them.
     """
 
     resolution: Resolution
@@ -41,12 +41,12 @@ class TickReview(Review):
 
     @cached_property
     def difference(self) -> float:
-        """‖x − closed form‖∞ [rad/s, m/s]."""
+        """Largest difference from the closed form, ‖x − closed_form‖∞ [rad/s, m/s]."""
         return float(np.abs(self.resolution.x - self.closed_form).max())
 
     @cached_property
     def error(self) -> float:
-        """‖x − x solved again on the final active set‖∞, relative to x; NaN where no optimum is aimed at."""
+        """Relative error of x, by solving again on the final active set; NaN if no optimum is aimed at."""
         if self.resolution.status in NO_OPTIMUM:
             return np.nan
         return _relative_distance(self.resolution.x, self._on_active_set.x)
@@ -62,7 +62,7 @@ class TickReview(Review):
         return (*limits, *damped, *self._other_causes())
 
     def _other_causes(self) -> tuple[Cause, ...]:
-        """Return what else keeps x apart: the formula itself, doubtful ranks, or the solver's accuracy."""
+        """Return the other causes of a difference: the formula, doubtful ranks, or the solver's accuracy."""
         if self.resolution.status is Status.FORMULA and not self.own:
             return (Cause("formula", "a formula that does not solve the problem"),)
         if self.resolution.status is Status.FORMULA:

@@ -1,4 +1,4 @@
-"""`transpose`: the algorithm with the transposed Jacobian, x = Jᵀ K e, which inverts nothing."""
+"""`transpose`, the algorithm with the transposed Jacobian, x = Jᵀ K e, which needs no inverse."""
 
 from dataclasses import dataclass
 
@@ -19,18 +19,18 @@ from taskopt.resolver.closed_form import task_priority
 
 @dataclass(frozen=True)
 class Transpose:
-    """Resolve by the gradient of the error, x = W⁻¹ Aᵀ diag(w) b.
+    """Resolve along the gradient of the error, x = W⁻¹ Aᵀ diag(w) b.
 
-    With b = K e, the rows of a task whose target has no rate (`WithoutRate`), it is (3.76). The error falls
-    as long as b is not in the null space of Aᵀ; there the arm is stuck, and a note of the resolution says so.
-    With one level x = 0 then is the least-squares optimum, too: a pseudo-inverse would not move the arm
-    either. A step of Δt is stable for gains below `largest_gain`. A gradient knows no priority: all levels
-    pull together. The answer is no optimum of the hierarchy, and its status is always FORMULA; it does not
-    look at limits, and it refuses inequalities and hard rows.
+    For a task whose target has no rate (`WithoutRate`), b = K e and this is (3.76). The error decreases
+    unless b is in the null space of Aᵀ. In that case the arm is stuck, and a note of the resolution says so;
+    with one level x = 0 is then also the least-squares optimum, so that a pseudo-inverse would not move the
+    arm either. A step of Δt is stable for gains below `largest_gain`. All levels act together, without
+    priorities. The answer is not an optimum of the hierarchy, and its status is always FORMULA. The resolver
+    ignores limits on single unknowns, and refuses inequalities and hard rows.
 
     Attributes:
         name: Name of the resolver.
-        strict: False: levels are not met, only approached.
+        strict: False, since priorities between levels are not kept.
 
     Source:
         Equations (3.73)–(3.77); Wolovich and Elliott (1984), IEEE Conference on Decision and Control.
@@ -44,7 +44,7 @@ class Transpose:
 
         Args:
             hierarchy: The problem of this tick, equalities on all levels.
-            memory: What the last call returned; it is checked and not used.
+            memory: Memory that the last call returned, which is checked but not used.
 
         Returns:
             The answer, with a note if the arm is stuck, and an empty memory.
@@ -64,7 +64,7 @@ class Transpose:
         return answer, own
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of `task_priority`, so that the distance shows what the transpose leaves undone."""
+        """Return x (n,) of `task_priority`, to which the answer of the transpose can be compared."""
         return task_priority(hierarchy)
 
     def _equalities(self, hierarchy: Hierarchy) -> tuple[Array, Array, Array]:
@@ -80,7 +80,7 @@ class Transpose:
 
 
 def _stuck_note(layout: Layout) -> str:
-    """Say that the arm is stuck, on which rows, and what helps."""
+    """Return a note which says that the arm is stuck, on which rows, and what helps."""
     rows = ", ".join(layout.row_names[int(layout.offsets[1]) :])
     # On one level Jᵀ W K e = 0 is also the optimality condition of x = 0, so no inverse helps.
     inverse = "An inverse of J would not move it either. " if layout.level_count == 1 else ""
@@ -91,7 +91,7 @@ def _stuck_note(layout: Layout) -> str:
 
 
 def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
-    """Return True if a force that is not zero needs no torque, so that the arm does not follow it.
+    """Return True if a force K e that is not zero needs no torque, so that the arm does not move.
 
     Args:
         J: Rows (m, n).
@@ -101,7 +101,7 @@ def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
         InvalidValue: An argument is not finite, or they do not fit.
 
     Returns:
-        True if ‖Jᵀ K e‖ is zero but for rounding and K e is not.
+        True if ‖Jᵀ K e‖ is zero up to rounding while K e is not zero.
 
     Source:
         Example 3.4: K e in the null space of Jᵀ.
@@ -113,24 +113,24 @@ def is_stuck(J: ArrayLike, force: ArrayLike) -> bool:
 
 
 def largest_gain(J: ArrayLike, dt: float) -> float:
-    """Return the gain k below which q ← q + Δt Jᵀ k e makes the error of a still target fall, 2/(Δt σ_1²).
+    """Return the gain 2/(Δt σ_1²) below which steps q ← q + Δt Jᵀ k e to a fixed target converge.
 
     To first order the error becomes (I − Δt k J Jᵀ) e, and no eigenvalue of this matrix may fall below −1.
-    With a diagonal K in place of k, hand in K^½ J: K is below the bound if the answer is above 1, since
-    K J Jᵀ has the eigenvalues of K^½ J Jᵀ K^½.
+    For a diagonal K in place of k, pass K^½ J as `J`: K is small enough if the result is above 1, since K J
+    Jᵀ and K^½ J Jᵀ K^½ have the same eigenvalues.
 
     Args:
         J: Rows (m, n).
         dt: Δt [s], the period.
 
     Returns:
-        k [1/s, times the unit of the rows per joint, inverse and squared]; inf if J is zero.
+        k, in 1/s divided by the squared unit of J; inf if J is zero.
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers, or Δt is not positive.
+        InvalidValue: J is not a matrix of finite numbers, or Δt is not positive.
 
     Source:
-        The upper bound on K that Sect. 3.7.2 speaks of.
+        The upper bound on K of Sect. 3.7.2.
     """
     sigma = float(np.linalg.norm(finite("J", J, (None, None)), 2))
     return 2.0 / (positive("dt", dt) * sigma**2) if sigma > 0.0 else np.inf

@@ -1,7 +1,7 @@
-"""`wqp/<solver>`: all levels in one quadratic program, weighted by powers of a ratio.
+"""`wqp/<solver>`, which solves all levels in one quadratic program, weighted by powers of a ratio.
 
-Priorities are approximate, because a level gives way to those below it in proportion to the ratio. The
-problem that is answered and certified is `weighted_problem(hierarchy, ratio)`, a hierarchy of one level.
+Priorities are approximate, because lower levels disturb a level in proportion to the ratio. The problem that
+is answered and certified is `weighted_problem(hierarchy, ratio)`, a hierarchy of one level.
 """
 
 from dataclasses import dataclass, replace
@@ -38,16 +38,17 @@ class WeightedQP:
 
         min Σ_k ratio^(k−1−L) ½ Σ w d_k(x)² + ½ xᵀ W x   inside the hard limits,   k = 1 … L
 
-    d_k are the distances of the rows of level k to their bounds. It promises the optimum of this weighted
-    problem within the accuracy of the solver, and hard limits to 1e-9. It does not promise strict priorities.
-    The status is INFEASIBLE, with x = NaN, if and only if phase one finds that the limits contradict each
-    other. Each call starts cold.
+    d_k are the distances of the rows of level k to their bounds. The resolver promises the optimum of this
+    weighted problem within the accuracy of the solver, and keeps hard limits to 1e-9. It does not promise
+    strict priorities. The status is INFEASIBLE, with x = NaN, if and only if phase one finds that the limits
+    contradict each other. It does not use a warm start.
 
     Attributes:
         solver: Name of the solver, see `taskopt.solver.registry.solvers`.
-        ratio: Weight of a level over the weight of the level before it, in (0, 1]. Less keeps priorities
-            better and makes the program worse conditioned. None for `level_ratio`. The smallest weight
-            is that of the norm, W itself, so that the certificate sees errors there, too.
+        ratio: Weight of a level over the weight of the level before it, in (0, 1]. A smaller ratio keeps
+            priorities better and makes the program worse conditioned. None for the result of `level_ratio`.
+            The smallest weight is that of the norm, W itself, so that the certificate notices errors there,
+            too.
         accuracy: Accuracy wanted in x, relative to its largest entry; the solver is given tolerances for it.
     """
 
@@ -108,11 +109,11 @@ class WeightedQP:
 
 
 def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
-    """State a hierarchy of one level as a program with a unit Hessian.
+    """Convert a hierarchy of one level to a program whose Hessian is the identity.
 
         min ½ ‖u − Qᵀ c‖² + ½ ‖t‖²   in u = R x and slacks t,   where √w A = Q R and c = √w b
 
-    over the equality rows of the level. No normal equations are formed.
+    in which A and b are the equality rows of the level. No normal equations are formed.
 
     Args:
         problem: A hierarchy of one level whose equality rows have full column rank, see `weighted_problem`.
@@ -142,14 +143,14 @@ def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
 
 
 def weighted_problem(hierarchy: Hierarchy, ratio: float | None = None) -> Hierarchy:
-    """Return all levels of a hierarchy as one level, by weights.
+    """Combine all levels of a hierarchy into one level, by weights.
 
     Args:
         hierarchy: The problem with strict levels.
         ratio: Weight of a level over the weight of the level before it; None for `level_ratio`.
 
     Returns:
-        A hierarchy of one level with the same names, in which the norm has become n rows more.
+        A hierarchy of one level with the same names, in which the norm is n additional rows.
     """
     ratio = ratio or level_ratio(hierarchy.layout.level_count)
     diagonal = hierarchy.norm.ndim == 1

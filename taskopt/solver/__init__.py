@@ -1,1 +1,1 @@
-"""Solvers of one quadratic program: one file for each package, one line for each solver in `registry`."""
+"""Solvers of a quadratic program: one module for each package, and the table of solvers in `registry`."""

@@ -1,4 +1,4 @@
-"""The protocol of a solver: one function from a quadratic program to a solution."""
+"""The protocol of a solver, which is a function from a quadratic program to a solution."""
 
 from typing import Protocol
 
@@ -12,15 +12,15 @@ class Solve(Protocol):
     """A function that solves one convex quadratic program.
 
     It must not change the arrays of the program, and must not keep anything from one call to the next. The
-    status is what the solver claims; whoever calls it checks the claim. `taskopt.testing.check_solver` runs
-    these promises on any implementation.
+    status is a claim of the solver, which the caller checks. `taskopt.testing.check_solver` tests these
+    promises on any implementation.
     """
 
     def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
         """Solve min ½ xᵀ H x + gᵀ x subject to lower ≤ C x ≤ upper and box_lower ≤ x ≤ box_upper.
 
         Args:
-            qp: The program. Equalities are rows with lower = upper; a bound of ±inf is no bound.
+            qp: The program. Equalities are rows with lower = upper; a bound of ±inf means that there is none.
             accuracy: Largest KKT residual that is asked for, relative to max(1, largest term).
 
         Returns:
@@ -31,15 +31,15 @@ class Solve(Protocol):
 
 
 def fault_of_solution(found: object, qp: QuadraticProgram) -> str:
-    """Say in which way something is no solution of a program, whatever its numbers are.
+    """Describe the fault in the form of a solver's result; its numbers are not checked.
 
     Args:
         found: The object that a solver returned.
         qp: The program that it was given.
 
     Returns:
-        What was found and what was expected instead, as the end of a sentence; empty for a `Solution` with
-        a `Status` and with arrays of the right shapes.
+        End of a sentence that says what was found and what was expected; "" for a `Solution` with a `Status`
+        and with arrays of the right shapes.
     """
     if not isinstance(found, Solution):
         return f"returned {type(found).__name__} instead of a taskopt.Solution(x, y, y_box, status)"

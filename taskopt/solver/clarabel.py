@@ -27,7 +27,7 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
 
     Args:
         qp: The program.
-        accuracy: Feasibility tolerance that is asked for, at least 1e-12; the duality gap is asked to be its
+        accuracy: Requested feasibility tolerance, at least 1e-12; the tolerance of the duality gap is its
             square.
 
     Returns:

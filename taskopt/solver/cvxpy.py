@@ -1,9 +1,9 @@
-"""The chapter's problems, stated in CVXPY as the chapter states them, to check the formulas with.
+"""The optimisation problems of the chapter, stated in CVXPY to check the formulas.
 
 A `Program` is compiled once for its sizes and solved again with new numbers, because all its data are
-parameters (disciplined parametrised programming). Nothing here knows how the rest of the package scales,
-projects or weighs rows, so that an agreement means something. A solve takes milliseconds, which is too much
-for a control loop. CVXPY takes most of a second to import and is therefore imported at the first program.
+parameters (disciplined parametrised programming). The module shares no code with the rest of the package, so
+that agreement of the two is evidence. A solve takes milliseconds, which is too much for a control loop. CVXPY
+takes most of a second to import and is therefore imported at the first program.
 
 Source: Diamond and Boyd (2016), JMLR 17(83); Agrawal et al. (2019), "Differentiable Convex Optimization
 Layers", NeurIPS, for the parameters.
@@ -55,7 +55,7 @@ class ProgramSolution:
     """The answer of a solver to a `Program`.
 
     Attributes:
-        x: (n,) the unknowns, NaN where there is no answer.
+        x: (n,) the unknowns, NaN if there is no answer.
         multipliers: (rows of G,) multipliers ≥ 0 of G x ≤ h.
         status: What the solver claims.
         iterations: Iterations of the solver.
@@ -68,11 +68,11 @@ class ProgramSolution:
 
 
 class Program:
-    """min cost(x) subject to C x = c and G x ≤ h over x (n,), with all data as parameters.
+    """The program min cost(x) subject to C x = c and G x ≤ h over x (n,), with all data as parameters.
 
     Attributes:
         x: The unknowns, a variable of CVXPY of size n.
-        parameters: The parameters by name: C, c, G, h, and what the cost asks for with `data`.
+        parameters: The parameters by name: C, c, G, h, and those of the cost, which `data` adds.
         constraints: C x = c and G x ≤ h, each left out if it has no rows; more may be appended.
         cost: The cost, a convex expression of CVXPY; set it before `compiled`.
     """
@@ -98,12 +98,12 @@ class Program:
             self.constraints += [self._bounds]
 
     def data(self, name: str, *shape: int, nonneg: bool = False) -> Any:
-        """Return a new parameter; `solve` gives it its numbers.
+        """Add a parameter, whose numbers are given to `solve`.
 
         Args:
-            name: Name under which `solve` is given the numbers.
+            name: Name of the parameter.
             shape: Shape of the parameter; none for a single number.
-            nonneg: True if its entries are ≥ 0, which CVXPY must know of some factors.
+            nonneg: True if its entries are ≥ 0, which CVXPY must know for some factors.
 
         Returns:
             A parameter of CVXPY.
@@ -112,7 +112,7 @@ class Program:
         return self.parameters[name]
 
     def compiled(self) -> "Program":
-        """Finish the program once cost and constraints are complete, and return it."""
+        """Compile the program, whose cost and constraints must be complete, and return it."""
         cp = _cvxpy()
         self.problem: Any = cp.Problem(cp.Minimize(self.cost), self.constraints)
         return self
@@ -125,7 +125,7 @@ class Program:
             values: Numbers for each parameter by name; names that no parameter has are ignored.
 
         Returns:
-            What the solver found. Nothing is warm-started: the same numbers give the same bits.
+            The answer of the solver. There is no warm start, so that the same numbers give the same bits.
         """
         for name, parameter in self.parameters.items():
             parameter.value = np.asarray(values[name], dtype=np.float64)
@@ -217,8 +217,8 @@ def damped_program(n: int, rows: int, inequalities: int) -> Program:
 def least_squares_program(n: int, equalities: int, inequalities: int, rows: int, soft: int) -> Program:
     """State min ½ Σ w (A x − b)² + ½ Σ u s² subject to s ≥ S x − t, C x = c and G x ≤ h.
 
-    The residuals are variables of their own, since a product of two parameters (√w and A) would have to be
-    compiled again at every solve.
+    The residuals are separate variables, since CVXPY would have to compile a product of two parameters (√w
+    and A) again at every solve.
 
     Args:
         n: Number of unknowns.
@@ -228,7 +228,7 @@ def least_squares_program(n: int, equalities: int, inequalities: int, rows: int,
         soft: Rows of S.
 
     Returns:
-        The program; it asks for the parameters A, b, root = √w, S, t and soft_root = √u besides C, c, G, h.
+        The program, with the parameters A, b, root = √w, S, t and soft_root = √u besides C, c, G and h.
     """
     cp, program = _cvxpy(), Program(n, equalities, inequalities)
     if rows:
@@ -284,7 +284,7 @@ def nearest(
     Args:
         J: (m, n) Jacobian.
         v: (m,) task velocity [m/s, rad/s].
-        v0: (n,) the velocity q̇₀ to come near to [rad/s].
+        v0: (n,) the velocity q̇₀ [rad/s] to which q̇ is to be near.
         bounds: Lower and upper bounds on q̇, (n,) each [rad/s]; None for none.
         engine: Solver that CVXPY uses, one of `ENGINES`.
 

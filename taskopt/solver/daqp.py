@@ -24,7 +24,7 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     """Solve a strictly convex program; see `taskopt.solver.base.Solve`.
 
     DAQP's own regularisation of a singular H is switched off, and its smallest pivot is set to 1e-14: with
-    the default of 1e-11 it takes rows for parallel near a singularity.
+    the default of 1e-11 it regards rows as parallel near a singularity.
 
     Args:
         qp: The program; H must be positive definite.

@@ -1,6 +1,6 @@
-"""Two-sided rows as equalities and one-sided rows, and dense matrices as compressed columns.
+"""Conversion of two-sided rows to equalities and one-sided rows, and of dense matrices to sparse ones.
 
-Most packages know rows in the form A x = b and G x ≤ h only, and some of them want sparse matrices.
+Most packages accept only rows A x = b and G x ≤ h, and some of them require sparse matrices.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from taskopt.arrays import Array, IntArray
 
 @dataclass(frozen=True, eq=False)
 class OneSided:
-    """Rows lower ≤ C x ≤ upper as A x = b and G x ≤ h, with the upper bounds first in G.
+    """The rows lower ≤ C x ≤ upper written as A x = b and G x ≤ h, with the upper bounds first in G.
 
     Attributes:
         equal: Indices in C of the rows of A.
@@ -70,15 +70,15 @@ def one_sided(C: Array, lower: Array, upper: Array) -> OneSided:
 
 
 def compressed(matrix: Array) -> csc_matrix:
-    """Return a dense matrix in compressed columns, without its zeros.
+    """Convert a dense matrix to compressed sparse columns.
 
-    It takes a tenth of the time of the constructor of SciPy that converts dense matrices.
+    This takes a tenth of the time of SciPy's constructor for dense matrices.
 
     Args:
-        matrix: (m, n).
+        matrix: Dense matrix (m, n).
 
     Returns:
-        The same matrix.
+        The same matrix without its zeros.
     """
     columns = matrix.T
     nonzero = columns != 0.0

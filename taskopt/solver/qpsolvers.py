@@ -1,4 +1,4 @@
-"""Every other solver that qpsolvers finds installed. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
+"""All other installed solvers that qpsolvers finds. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
 
 import warnings
 from typing import Any
@@ -33,11 +33,11 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     Args:
         name: Name of the solver in qpsolvers.
         qp: The program.
-        accuracy: Tolerance that is asked for, at least 1e-10.
+        accuracy: Requested tolerance, at least 1e-10.
 
     Returns:
-        The solution. qpsolvers does not tell infeasible programs from failures: the status is SOLVED, or
-        FAILED with x = NaN.
+        The solution. qpsolvers does not distinguish infeasible programs from failures, so that the status is
+        either SOLVED, or FAILED with x = NaN.
 
     Raises:
         NotInstalled: The package qpsolvers cannot be imported.
@@ -67,7 +67,7 @@ def solve_at_defaults(name: str, H: Array, g: Array, lower: Array, upper: Array)
         upper: (n,) upper bounds.
 
     Returns:
-        x (n,), NaN where the solver finds none.
+        x (n,), NaN if the solver finds none.
 
     Raises:
         NotInstalled: The package qpsolvers cannot be imported.
@@ -89,7 +89,7 @@ def _package() -> Any:
 
 
 def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) -> Any:
-    """Return the solution in the form of qpsolvers, or None where the solver finds none."""
+    """Return the solution in the form of qpsolvers, or None if the solver finds none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the status says it
         try:
@@ -100,7 +100,7 @@ def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) ->
 
 
 def _problem(package: Any, qp: QuadraticProgram, rows: OneSided, name: str) -> Any:
-    """Return the program in the form of qpsolvers, dense or sparse as the solver wants it."""
+    """Return the program in the form of qpsolvers, dense or sparse as the solver requires."""
     form = np.asarray if name in package.dense_solvers else compressed
     infinity = _INFINITY.get(name, np.inf)
     return package.Problem(

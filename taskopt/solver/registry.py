@@ -1,7 +1,8 @@
 """The table of solvers.
 
 To add a solver to taskopt, write a file beside this one with a function `solve` (see
-`taskopt.solver.base.Solve`) and add a line to `_TABLE`. From outside, call `register_solver`.
+`taskopt.solver.base.Solve`) and add a line to `_TABLE`. For a solver outside the package, call
+`register_solver`.
 """
 
 import math
@@ -17,16 +18,17 @@ from taskopt.solver.base import Solve, fault_of_solution
 
 @dataclass(frozen=True)
 class Solver:
-    """One line of the table. The package of a solver is imported when it is first used.
+    """One line of the table of solvers; the package of a solver is imported at its first use.
 
     Attributes:
         name: Name of the solver, as in "hqp/daqp".
         method: Kind of algorithm, for tables.
-        accuracy: KKT residual, relative to max(1, largest term), to which the solver can be held on
-            well-scaled programs; inf for a solver that is held to nothing.
+        accuracy: KKT residual, relative to max(1, largest term), that the solver must reach on well-scaled
+            programs; inf if none is required.
         package: Package that has to be importable; "" for a solver that is registered by a user.
         install: Argument of `pip install` that provides the package.
-        proves_infeasible: True if the solver claims INFEASIBLE of infeasible programs; else it gives up.
+        proves_infeasible: True if the solver claims INFEASIBLE for infeasible programs; False if it may only
+            give up.
         module: Module of `taskopt.solver` that holds the function `solve`.
         function: The function itself, for a solver that is registered by a user.
     """
@@ -50,14 +52,14 @@ class Solver:
 
         Args:
             qp: The program.
-            accuracy: KKT residual that is asked for.
+            accuracy: Requested KKT residual.
 
         Returns:
-            What the solver found and claims.
+            The solution of the solver, with its claim.
 
         Raises:
             NotInstalled: The package of the solver cannot be imported.
-            InvalidValue: The function of a user returns something else than a solution of this program.
+            InvalidValue: A user's function returns something that is not a solution of this program.
         """
         if self.function is None:
             return _imported(self)(qp, accuracy)
@@ -69,7 +71,7 @@ class Solver:
 
 @cache
 def _imported(row: Solver) -> Solve:
-    """Import the module of a solver, and its package with it; return its function."""
+    """Import the module of a solver with its package, and return its function."""
     if not row.installed:
         raise NotInstalled(f"solver {row.name}", row.install)
     solve = import_module(f"taskopt.solver.{row.module}").solve
@@ -99,14 +101,14 @@ def solver(name: str) -> Solver:
     """Return the solver of a name.
 
     Args:
-        name: Such as "daqp"; `solvers()` lists all.
+        name: Name such as "daqp"; `solvers()` lists all.
 
     Returns:
         The line of the table, which can be called to solve a program.
 
     Raises:
         UnknownName: There is no such solver; the message suggests similar names.
-        NotInstalled: Its package cannot be imported; the message has the line that installs it.
+        NotInstalled: Its package cannot be imported; the message states the command that installs it.
     """
     found = _known.get(name) or next((row for row in _others() if row.name == name), None)
     if found is None:
@@ -127,14 +129,14 @@ def register_solver(
 ) -> Solver:
     """Add a solver of your own, so that "hqp/NAME" and "wqp/NAME" resolve hierarchies with it.
 
-    `taskopt.testing.check_solver` tests whether it keeps the promises of a solver.
+    `taskopt.testing.check_solver` tests that it keeps the promises of a solver.
 
     Args:
         name: Name of the solver, without a slash.
         solve: A function (qp, accuracy) -> Solution, see `taskopt.solver.base.Solve`.
         method: Kind of algorithm, for tables.
         accuracy: KKT residual, relative to max(1, largest term), that it keeps on well-scaled programs.
-        proves_infeasible: True if it claims INFEASIBLE of infeasible programs; else it may only give up.
+        proves_infeasible: True if it claims INFEASIBLE for infeasible programs; False if it may only give up.
         replace: True to replace a solver that has this name already.
 
     Returns:
@@ -155,7 +157,7 @@ def register_solver(
 
 
 def _others() -> tuple[Solver, ...]:
-    """Return the solvers of qpsolvers that the table does not list; they are held to little."""
+    """Return the solvers of qpsolvers that the table does not list, for which little is required."""
     if find_spec("qpsolvers") is None:
         return ()
     from qpsolvers import available_solvers

@@ -1,18 +1,18 @@
-"""The fast path: the closed form of a tick in which every strict level is met and no new inequality binds.
+"""The fast path: the closed form for ticks in which every strict level is met and no new inequality binds.
 
-With D and x0 the diagonal and the target of what comes last (the joint rows of the last level, or the norm),
-C the columns that it covers, U those that it does not (a floating base without a posture, or with next to
-none), X the columns that W holds at a bound, and all other rows M x + s = r, where s = 0 for strict levels
-and costs ½ w s² in the last one:
+What comes last is either the joint rows of the last level or the norm; D is its diagonal and x0 its target.
+The columns are divided into C, those with an entry of D; U, those without one or with a very small one, such
+as a floating base without a posture; and X, those that W holds at a bound. All other rows are M x + s = r,
+where s = 0 for strict levels, and s costs ½ w s² in the last level:
 
     min ½ Σ D_j (x_j − x0_j)² + ½ Σ s_i²/S_i,   S_i = 0 or 1/w_i
     [ K     M_U ] [ λ   ]   [ r − M_C x0_C − M_X x_X ]
     [ M_Uᵀ −D_U ] [ x_U ] = [ −D_U x0_U              ],   K = M_C D_C⁻¹ M_Cᵀ + S
     x_C = x0_C + D_C⁻¹ M_Cᵀ λ.
 
-For one level this is (3.50), and (3.54) where x0 ≠ 0. The result is accepted only if K and its Schur
-complement are well conditioned, no row that is left out is violated, and every active bound has the right
-sign; else the search runs. The optimum is unique, so neither the fast path nor the order of its attempts can
+For one level this is (3.50), or (3.54) if x0 ≠ 0. The result is accepted only if K and its Schur complement
+are well conditioned, all other rows hold, and the multiplier of every active bound has the right sign;
+otherwise the search runs. The optimum is unique, so neither the fast path nor the order of its attempts can
 change an answer.
 """
 
@@ -43,9 +43,9 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
 
     Args:
         problem: The views of a hierarchy.
-        state: (n + M,) the working set; where the verdict is AGAIN, one unknown has changed its side.
-        x: (n,) filled with the optimum; worthless unless ACCEPTED.
-        multipliers: (levels + 1, n + M) filled, likewise.
+        state: (n + M,) the working set; if the verdict is AGAIN, one unknown has changed its side.
+        x: (n,) filled with the optimum; not valid unless the verdict is ACCEPTED.
+        multipliers: (levels + 1, n + M) filled; not valid unless the verdict is ACCEPTED.
 
     Returns:
         The `Verdict`.
@@ -91,7 +91,7 @@ def fast_path(problem: Rows, state: StateArray, x: Array, multipliers: Array) ->
 def _place_unknowns(
     problem: Rows, state: StateArray, last: LastLevel, root: Array, x: Array, uncovered: IntArray
 ) -> np.int64:  # fmt: skip
-    """Put every unknown at its target or its bound, fill D^-½, and list those without a target; return u."""
+    """Set every unknown to its target or bound, fill D^-½, list the unknowns without target; return u."""
     u, thin = np.int64(0), 0.0
     for j in range(x.size):
         thin = max(thin, FAST_PATH_COVERED * last.D[j])
@@ -169,7 +169,7 @@ def _choose_rows(
 def _factorise(A: Array, weight: Array, D: Array, root: Array, saddle: SaddlePoint) -> bool:
     """Factorise K = S Sᵀ + 1/w with S = M_C D_C^-½, and the Schur complement G = M_Uᵀ K⁻¹ M_U + D_U.
 
-    Returns False where one of the two is not well conditioned.
+    Returns False if one of the two is not well conditioned.
     """
     S, K, G, m, u = saddle.S, saddle.K, saddle.G, saddle.rows.size, saddle.uncovered.size
     n = root.size
@@ -264,7 +264,7 @@ def _norm_multipliers(
     A: Array, norm: Array, last_row: IntArray, saddle: SaddlePoint, scratch: Scratch, state: StateArray,
     x: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Balance the norm's gradient W x by rows: M for the uncovered columns, joint rows for the others."""
+    """Balance the norm's gradient W x by rows of M in uncovered columns, and by joint rows in the others."""
     n, m, u = x.size, saddle.rows.size, saddle.uncovered.size
     row, share, rest = scratch.step, scratch.move, scratch.pull
     for j in range(n):

@@ -1,6 +1,6 @@
-"""A norm W that is a full matrix: solve in z = L x with W = LᵀL, where the norm is the identity.
+"""Norms W that are full matrices, solved in z = L x with W = LᵀL, where the norm is the identity.
 
-Bounds on single unknowns become hard rows there, and multipliers carry over one to one.
+Bounds on single unknowns become hard rows in z; the multipliers stay the same.
 """
 
 from collections.abc import Callable
@@ -20,10 +20,10 @@ from taskopt.resolver.tick_review import TickReview
 
 
 def whitened(hierarchy: Hierarchy) -> tuple[Hierarchy, Array]:
-    """Restate a hierarchy in z = L x.
+    """Rewrite a hierarchy in the unknowns z = L x.
 
     Args:
-        hierarchy: One with a full norm, (n, n).
+        hierarchy: A hierarchy with a full norm, (n, n).
 
     Returns:
         The same problem in z, with its box as hard rows, and L⁻¹ (n, n), so that x = L⁻¹ z.
@@ -47,12 +47,12 @@ def resolve_full_norm(
     hierarchy: Hierarchy,
     memory: Memory | None,
 ) -> tuple[Resolution, Memory]:
-    """Resolve a hierarchy with a full norm by a resolver that knows diagonal norms only.
+    """Resolve a hierarchy with a full norm by a resolver that handles only diagonal norms.
 
     Args:
-        resolve: That resolver.
-        hierarchy: One with a full norm, (n, n).
-        memory: Of the tick before, if there was one.
+        resolve: The resolver for diagonal norms.
+        hierarchy: A hierarchy with a full norm, (n, n).
+        memory: Memory of the last tick, or None.
 
     Returns:
         The resolution, certified on the rows as declared, and the memory for the next tick.
@@ -72,7 +72,7 @@ def resolve_full_norm(
 
 @lru_cache(maxsize=16)
 def _with_box_as_rows(layout: Layout) -> Layout:
-    """Return the layout with the box as hard rows; its multipliers and states keep their places."""
+    """Return the layout with the box as hard rows; indices of multipliers and states stay the same."""
     n = layout.n
     box = Block("box", 0, 0, n, layout.unknowns, ("",) * n)
     moved = tuple(replace(block, start=block.start + n, stop=block.stop + n) for block in layout.blocks)

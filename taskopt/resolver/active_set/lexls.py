@@ -1,10 +1,11 @@
-"""Equality-constrained hierarchy by orthogonal factorisation, and its lexicographic multipliers.
+"""Hierarchies of equalities, solved by orthogonal factorisation, and their lexicographic multipliers.
 
 The rows of the working set W, level by level, are brought to lower trapezoidal form A = L Qᵀ by row-pivoted
-Householder reflections from the right. Each level then decides its own part of z = Qᵀ x in least squares, and
-what no level decides is zero, which is the minimum norm. Bounds that hold an unknown are columns taken out,
-not rows. This is the l-QR of Dimitrov, Sherikov and Wieber (2015), Sect. 3; with another factorisation, the
-primal of Escande, Mansard and Wieber (2014) is their Algorithm 1 and the multipliers are their Algorithm 2.
+Householder reflections from the right. Each level then decides its own part of z = Qᵀ x in least squares. The
+part that no level decides is set to zero, which gives the least norm. An unknown that is held at a bound is
+taken out as a column instead of being added as a row. This is the l-QR of Dimitrov, Sherikov and Wieber
+(2015), Sect. 3; with another factorisation, the primal of Escande, Mansard and Wieber (2014) is their
+Algorithm 1 and the multipliers are their Algorithm 2.
 
 All quantities are scaled (see `workspace.ScaledRows`).
 """
@@ -22,7 +23,7 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
     """Allocate a factorisation for the free unknowns of a working set.
 
     Args:
-        rows: M.
+        rows: Number M of rows.
         levels: Number of levels, the hard rows among them.
         state: (n + M,) `Held` of each unknown and row.
         n: Number of unknowns.
@@ -50,16 +51,17 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
 def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, factor: Factor) -> None:
     """Factorise the rows of W on the free unknowns, A = L Qᵀ, level by level.
 
-    Inside a level the row with the largest remainder is the next pivot. A row with a remainder of at most
-    LOST times its own size depends on the rows before it, and decides nothing. Source: Dimitrov, Sherikov and
-    Wieber (2015), Sect. 3, by rows instead of columns.
+    Inside a level the row with the largest remainder is the next pivot. The remainder of a row is its part
+    orthogonal to the pivots before. A row with a remainder of at most LOST times its own size depends on the
+    rows before it, and decides nothing. Source: Dimitrov, Sherikov and Wieber (2015), Sect. 3, by rows
+    instead of columns.
 
     Args:
         A: (M, n) scaled rows.
         scale: (M,) size of each row for the decision of rank.
         offsets: (levels + 1,) first row of each level, the hard rows first.
         state: (n + M,) `Held` of each unknown and row; those that are not FREE are in W.
-        factor: Filled.
+        factor: The factorisation, filled here.
     """
     n, f, levels = A.shape[1], factor.free.size, offsets.size - 1
     L, order, starts = factor.L, factor.order, factor.starts
@@ -94,7 +96,7 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
 
 @kernel
 def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop: int, rank: Count) -> int:
-    """Return the row of a level with the largest part right of column `rank`, or −1 if none is left."""
+    """Return the row of a level with the largest part from column `rank` on, or −1 if there is none."""
     best, pivot = 0.0, -1
     for a in range(first, stop):
         squared = 0.0
@@ -108,7 +110,7 @@ def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop
 
 @kernel
 def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, rank: Count) -> None:
-    """Apply to rows `top` to `count` the reflection that leaves row `top` nothing right of column `rank`."""
+    """Reflect rows `top` to `count` so that row `top` is zero right of column `rank`."""
     f, norm = L.shape[1], 0.0
     for c in range(rank, f):
         norm += L[top, c] * L[top, c]
@@ -137,16 +139,17 @@ def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, r
 def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solution: LevelSolution) -> None:
     """Solve the factorised hierarchy: min ‖L z − target‖² level by level.
 
-    A level whose rows are all pivots is met exactly, by forward substitution; another one is solved in least
-    squares. Source: Dimitrov, Sherikov and Wieber (2015), Sect. 3; Escande, Mansard and Wieber (2014),
+    A level whose rows are all pivots is met exactly, by forward substitution; any other level is solved in
+    least squares. Source: Dimitrov, Sherikov and Wieber (2015), Sect. 3; Escande, Mansard and Wieber (2014),
     Algorithm 1.
 
     Args:
         factor: What `factorise` filled.
         scale: (M,) size of each row.
-        target: (M,) right-hand side of each row in W, with the unknowns that a bound holds taken out.
-        held: Σ |x_j| of these unknowns; the rounding in `target` grows with it.
-        solution: Filled.
+        target: (M,) right-hand side of each row in W, from which the terms of the held unknowns are
+            subtracted.
+        held: Σ |x_j| of the held unknowns, with which the rounding error of `target` grows.
+        solution: The solution, filled here.
     """
     L, order, z = factor.L, factor.order, solution.z
     residual, terms = solution.residual, solution.terms
@@ -183,7 +186,7 @@ def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solut
 def _least_squares(
     L: Array, residual: Array, first: int, count: int, r0: int, rank: int, z: Array
 ) -> None:  # fmt: skip
-    """Solve min ‖B u + residual‖ by Householder, B being the level's own block of L; u goes into z."""
+    """Solve min ‖B u + residual‖ by Householder, with B the level's own block of L; write u into z."""
     B, c = np.empty((count, rank)), np.empty(count)
     for a in range(count):
         c[a] = -residual[first + a]
@@ -222,7 +225,7 @@ def _least_squares(
 
 @kernel
 def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
-    """Set the free unknowns of x to Q z: apply the reflections in reverse.
+    """Set the free unknowns of x to Q z, by the reflections in reverse order.
 
     Args:
         factor: What `factorise` filled.
@@ -251,8 +254,9 @@ def multipliers_of_level(
     """Compute the multipliers of box and rows at level k.
 
     The gradient of the level, Σ residual_i A_i over its own rows, is balanced by the rows of the levels
-    before it, from level k − 1 up to 0: in z, row by row, the triangle of each level's pivots is solved. Rows
-    that depend on others have no pivot, and get 0. The bounds that hold unknowns balance what is left:
+    before it, from level k − 1 back to level 0. For each of them the triangular system of its pivots is
+    solved in z. Rows that depend on others have no pivot and get the multiplier 0. The bounds of held
+    unknowns balance the rest:
 
         Σ_own residual_i A_i + Σ_before λ_i A_i + λ_box = 0.
 
@@ -266,8 +270,8 @@ def multipliers_of_level(
         solution: What `solve_levels` filled.
         state: (n + M,) `Held` of each unknown and row.
         x: (n,) the solution.
-        k: The level, 0 for the hard rows; the number of levels stands for the norm, with gradient x.
-        out: Filled.
+        k: The level, 0 for the hard rows; the number of levels denotes the norm, whose gradient is x.
+        out: The multipliers, filled here.
     """
     n, f, levels = A.shape[1], factor.free.size, factor.starts.size - 1
     L, order, starts, ranks = factor.L, factor.order, factor.starts, factor.ranks
@@ -309,7 +313,7 @@ def multipliers_of_level(
 def _box_multipliers(
     A: Array, scale: Array, factor: Factor, state: StateArray, x: Array, k: int, out: LevelMultipliers
 ) -> None:  # fmt: skip
-    """Balance what the rows leave of a level's gradient in the columns of the unknowns that a bound holds."""
+    """Compute the multipliers of held unknowns, which balance the rest of a level's gradient."""
     n, order, levels = x.size, factor.order, factor.starts.size - 1
     for j in range(n):
         if state[j] == Held.FREE:

@@ -1,7 +1,7 @@
 """Cholesky factorisation of the small dense matrices of one tick, with a test of its pivots.
 
-For a handful of rows these loops are faster than a call into LAPACK, by columns and four rows at a
-time; Golub and Van Loan (2013), "Matrix Computations", Sect. 4.2.
+For a few rows these loops, which work by columns and on four rows at a time, are faster than a call of
+LAPACK. Source: Golub and Van Loan (2013), "Matrix Computations", Sect. 4.2.
 """
 
 import numpy as np
@@ -13,13 +13,13 @@ from taskopt.jit import kernel
 
 @kernel
 def gram(S: Array, m: int, n: int, K: Array) -> None:
-    """Form K = S Sᵀ (lower triangle), two rows by two: each value that is loaded serves twice.
+    """Compute the lower triangle of K = S Sᵀ in 2 × 2 blocks, so that each loaded value is used twice.
 
     Args:
-        S: (≥ m, ≥ n) matrix of which the first m rows and n columns count.
+        S: (≥ m, ≥ n) matrix, of which the first m rows and n columns are read.
         m: Number of rows.
         n: Number of columns.
-        K: (≥ m, ≥ m) filled; of its upper triangle, the 2 × 2 blocks on the diagonal as well.
+        K: (≥ m, ≥ m) receives the lower triangle, and the upper entries of the 2 × 2 blocks on the diagonal.
     """
     for a in range(0, m - 1, 2):
         for b in range(0, a + 1, 2):
@@ -37,7 +37,7 @@ def gram(S: Array, m: int, n: int, K: Array) -> None:
 
 @kernel
 def cholesky(K: Array, m: int, rows: int) -> bool:
-    """Factorise K = L Lᵀ in place, with the diagonal of L inverted, and turn the rows B below K into B L⁻ᵀ.
+    """Factorise K = L Lᵀ in place, storing the inverse of L's diagonal; replace the rows B below K by B L⁻ᵀ.
 
     Args:
         K: (≥ rows, ≥ m) with the lower triangle of K in its first m rows, and B in those up to `rows`.
@@ -45,7 +45,8 @@ def cholesky(K: Array, m: int, rows: int) -> bool:
         rows: m plus the number of rows of B.
 
     Returns:
-        False where a pivot is at most FAST_PATH_PIVOT times its diagonal entry; K is then half done.
+        False if a pivot is at most FAST_PATH_PIVOT times its diagonal entry; K is then only partly
+        factorised.
     """
     for b in range(m):
         pivot = K[b, b] - dot_rows(K, b, K, b, b)
@@ -193,7 +194,7 @@ def row_values(A: Array, x: Array, value: Array) -> None:
 
 @kernel
 def copy_into(target: Array | StateArray, source: Array | StateArray) -> None:
-    """Copy `source` into `target`; assigning to a slice would take a second to compile.
+    """Copy `source` into `target`, since the assignment to a slice would take a second to compile.
 
     Args:
         target: Array that is overwritten.

@@ -1,6 +1,6 @@
-"""The polished answer: solved again, by orthogonal factorisation, from the active set that a solver found.
+"""Polishing: solving again by orthogonal factorisation, from the active set that a solver found.
 
-It is kept apart from the raw answer everywhere: solvers are compared by the raw one.
+The polished answer is never mixed with the raw answer of a solver, by which solvers are compared.
 """
 
 from taskopt.hierarchy.resolution import Resolution
@@ -14,15 +14,15 @@ _NOTHING_TO_POLISH = NO_OPTIMUM | {Status.INFEASIBLE}
 def polish(resolution: Resolution) -> Resolution:
     """Solve the same problem again, with the final active set of an answer as equalities.
 
-    Where that set is wrong, rows change from there on by our own search.
+    If that active set is not optimal, our own search changes it.
 
     Args:
         resolution: The answer of any resolver.
 
     Returns:
-        The polished answer with its own status and certificate. Its `iterations` count the factorisations: 1
-        if and only if the set was right as it stood. What did not aim at an optimum, such as a closed form or
-        brakes, is returned as it is.
+        The polished answer with its own status and certificate. Its `iterations` count the factorisations;
+        they are 1 if and only if the active set was optimal. An answer that does not aim at an optimum, such
+        as a closed form or braking, is returned unchanged.
     """
     if resolution.status in _NOTHING_TO_POLISH:
         return resolution

@@ -1,8 +1,8 @@
-"""`ActiveSet`: the exact lexicographic optimum by our own active-set method, warm from the last tick.
+"""`ActiveSet`, which finds the exact lexicographic optimum by our own active-set method.
 
-Its memory is two working sets and a flag, so that a logged tick can be resolved again exactly. Where a
-target is out of reach, tasks with high gains throw joints from one limit to the other and back; the
-working set of two ticks ago is then the better one to start from.
+Its memory has the working sets of the last two ticks and a flag. If a target is out of reach, tasks with high
+gains drive joints from one limit to the other and back; the working set of two ticks ago is then the better
+warm start, and the flag says so. A logged tick can be resolved again exactly from its memory.
 """
 
 from dataclasses import dataclass
@@ -34,8 +34,8 @@ _run_tick = LazyTick()
 class ActiveSet:
     """Exact lexicographic optimum of levels with equalities and inequalities, inside hard limits.
 
-    This is the bare method: it asks no other solver, and INFEASIBLE is what its own search ended with, which
-    phase one has not confirmed. `taskopt.resolver.fallback` adds both.
+    This is the method alone: it has no fallback, and its status INFEASIBLE is not confirmed by phase one.
+    `taskopt.resolver.fallback` adds both.
 
     Attributes:
         fast_path: True to try the closed form before the search; the answer is the same either way.
@@ -52,13 +52,13 @@ class ActiveSet:
 
         Args:
             hierarchy: The problem.
-            memory: What the tick before returned, or None at the first one.
+            memory: The memory that the last tick returned, or None at the first tick.
 
         Returns:
             The resolution, and the memory for the next tick.
 
         Raises:
-            InvalidValue: The memory is not one of a hierarchy of this layout.
+            InvalidValue: The memory belongs to a hierarchy of another layout.
         """
         layout, memory = hierarchy.layout, checked(memory, hierarchy.layout)
         if hierarchy.norm.ndim == 2:
@@ -76,21 +76,21 @@ class ActiveSet:
 
     @property
     def settings(self) -> tuple[int, int]:
-        """The settings of the compiled entries: 1 if the fast path is to be tried, and `iterations`."""
+        """The settings of the compiled entries: 1 to try the fast path, else 0; and `iterations`."""
         return int(self.fast_path), self.iterations
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
-        """Return x (n,) of the closed form of the same problem; it knows no inequality and no limit."""
+        """Return x (n,) of the closed form of the same problem, which ignores inequalities and limits."""
         return task_priority(hierarchy)
 
 
 def resolution_of(
     hierarchy: Hierarchy, answer: Array, state: StateArray, outcome: int, rounds: int
 ) -> Resolution:
-    """Make a resolution of what a compiled entry filled.
+    """Make a resolution of the arrays that a compiled entry filled.
 
-    An answer that its own multipliers do not prove gets a second proof with multipliers that are computed for
-    x; what stays unproven has failed.
+    If its own multipliers do not prove an answer, others are computed for its x. If these do not prove it
+    either, the status is FAILED.
 
     Args:
         hierarchy: The problem.

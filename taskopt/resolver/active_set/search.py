@@ -1,9 +1,9 @@
 """The exact lexicographic optimum by a primal active set with lexicographic multipliers.
 
 `taskopt.resolver.active_set` explains the algorithm in pseudo-code. Near a singularity a multiplier of 1e-10
-can decide where x stands. A multiplier therefore counts as zero only below SEARCH_SIGN times the sum of the
-magnitudes that it is the difference of. If a row that was just dropped blocks the next step at once, its sign
-was rounding noise: it is added back, and locked until x moves.
+can decide the position of x. A multiplier therefore counts as zero only below SEARCH_SIGN times the sum of
+the magnitudes that it is the difference of. If a row that was just dropped blocks the next step at once, its
+sign was rounding noise: it is added back, and locked until x moves.
 """
 
 import numpy as np
@@ -57,9 +57,9 @@ def search(
 ) -> tuple[Outcome, Count]:
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
-    The first search starts from the working set that is given. Where it leads nowhere in `first`
-    factorisations, a second one starts from a point that keeps the hard rows, with bounds moved apart by less
-    than what counts as kept, so that none of them tie (Charnes 1952). Source: Escande, Mansard and Wieber
+    The first search starts from the given working set. If it does not end within `first` factorisations, a
+    second search starts from a point that keeps the hard rows. Its bounds are moved apart so that none of
+    them tie (Charnes 1952), by less than the tolerance of a bound. Source: Escande, Mansard and Wieber
     (2014), Sect. 5, Algorithm 6.
 
     Args:
@@ -67,8 +67,8 @@ def search(
         state: (n + M,) the initial working set; overwritten by the final one.
         x: (n,) filled with the optimum.
         multipliers: (levels + 1, n + M) filled.
-        first: Factorisations after which the first search is given up.
-        limit: Factorisations in all.
+        first: Number of factorisations after which the first search is given up.
+        limit: Largest number of factorisations of both searches.
 
     Returns:
         The `Outcome` and the number of factorisations.
@@ -117,7 +117,7 @@ def _scaled(problem: Rows) -> ScaledRows:
 
 @kernel
 def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> None:
-    """Undo the scaling of x and of the multipliers; put x onto the bounds that hold it, and into the box."""
+    """Undo the scaling of x and multipliers; set held unknowns to their bounds, and move x into the box."""
     n = x.size
     for j in range(n):
         stretch = np.sqrt(problem.norm[j])
@@ -137,7 +137,7 @@ def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> 
 def _second_search(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: Count, limit: Count
 ) -> tuple[Outcome, Count]:
-    """Search with perturbed bounds, from zero where that keeps the hard rows, else from the empty set."""
+    """Search with perturbed bounds, from zero if that keeps the hard rows, else with an empty W."""
     near, from_zero = perturbed(rows, turn), zero_is_feasible(rows)
     if from_zero:
         start_at_zero(near, state, here)
@@ -155,7 +155,7 @@ def _second_search(
 
 @kernel
 def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multipliers: Array) -> None:
-    """Solve W once more with the bounds as declared, and take its solution unless it violates others."""
+    """Solve W once more with the declared bounds, and take the solution unless it violates other rows."""
     n, count = here.x.size, here.value.size
     goal, found = Point(np.empty(n), np.empty(count)), np.empty(multipliers.shape)
     _solve(rows, state, np.zeros(n + count, np.bool_), goal.x, found)
@@ -183,11 +183,11 @@ def _iterate(
     Args:
         rows: The problem, scaled.
         state: (n + M,) the working set, changed in place.
-        here: The point; it has to be given unless `from_guess`.
+        here: The point; its values must be set unless `from_guess` is True.
         multipliers: (levels + 1, n + M) filled, scaled.
-        from_guess: Start at the solution of W instead of at `here`.
-        limit: Factorisations that are allowed.
-        moved: a step that moves no unknown by more, relative, is none.
+        from_guess: True to start at the solution of W instead of at `here`.
+        limit: Largest number of factorisations.
+        moved: Relative change of an unknown up to which a step counts as none.
 
     Returns:
         The `Outcome` and the number of factorisations.
@@ -237,7 +237,7 @@ def _move_to(here: Point, goal: Point) -> None:
 
 @kernel
 def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
-    """Return True if a step is more than rounding."""
+    """Return True if a step moves an unknown by more than rounding."""
     for j in range(x.size):
         if alpha * abs(goal[j] - x[j]) > moved * max(1.0, abs(x[j])):
             return True
@@ -307,7 +307,7 @@ def _row_to_drop(
 
 @kernel
 def _side_after(rows: ScaledRows, side: int, i: int, value: Array) -> int:
-    """Return the state of a member that leaves W: its other bound if row i is beyond that, else FREE."""
+    """Return the state of row i when it is dropped: its other bound if it is beyond that, else FREE."""
     if i >= 0:
         beyond = row_side(value[i], rows.lower[i], rows.upper[i], rows.size[i])
         if beyond == -side:
@@ -321,8 +321,8 @@ def _first_blocking(
 ) -> tuple[float, int, int]:  # fmt: skip
     """Find the largest step in [0, 1] towards the goal, the member that stops it (or −1), and its side.
 
-    Of those that stop it at the same place, the first one counts. Source: Escande, Mansard and Wieber (2014),
-    Algorithm 5.
+    If several members stop the step at the same point, the first of them is returned. Source: Escande,
+    Mansard and Wieber (2014), Algorithm 5.
     """
     n = here.x.size
     alpha, entering, side = 1.0, -1, Held.FREE

@@ -1,7 +1,7 @@
-"""Where the search starts: the working set of the last tick, or a point that keeps all hard rows.
+"""Starts of the search: the working set of the last tick, or a point that keeps all hard rows.
 
 Escande, Mansard and Wieber (2014), Sect. 5, start from any working set, as the first search here does. The
-start at zero and the perturbed bounds of the second search are ours.
+start at zero and the perturbed bounds of the second search are our own.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def has_empty_interval(rows: ScaledRows) -> bool:
 
 @kernel
 def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
-    """Make W consistent with the bounds: it holds every equality, and no side whose bound is infinite.
+    """Correct W so that it holds every equality, and no row or unknown at an infinite bound.
 
     Args:
         rows: The problem.
@@ -48,7 +48,7 @@ def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
 
 @kernel
 def _correct_sides(lower: Array, upper: Array, state: StateArray) -> None:
-    """Do so for the unknowns, or for the rows."""
+    """Correct W for the unknowns, or for the rows."""
     for i in range(lower.size):
         if lower[i] == upper[i]:
             state[i] = Held.UPPER
@@ -60,7 +60,7 @@ def _correct_sides(lower: Array, upper: Array, state: StateArray) -> None:
 
 @kernel
 def box_side(value: float, lower: float, upper: float) -> int:
-    """Return the `Held` of the box that an unknown violates, or FREE.
+    """Return the side of the box that an unknown violates, as a `Held`; FREE if there is none.
 
     Args:
         value: The unknown.
@@ -68,7 +68,7 @@ def box_side(value: float, lower: float, upper: float) -> int:
         upper: Its upper bound.
 
     Returns:
-        The side, by more than rounding.
+        The side that is violated by more than rounding.
     """
     slack = SEARCH_BOX * max(1.0, abs(value))
     if value > upper + slack:
@@ -80,7 +80,7 @@ def box_side(value: float, lower: float, upper: float) -> int:
 
 @kernel
 def row_side(value: float, lower: float, upper: float, size: float) -> int:
-    """Return the `Held` of a row that its value violates, or FREE.
+    """Return the bound of a row that its value violates, as a `Held`; FREE if there is none.
 
     Args:
         value: Value of the row at some point.
@@ -89,7 +89,7 @@ def row_side(value: float, lower: float, upper: float, size: float) -> int:
         size: Its Euclidean norm ‖a‖.
 
     Returns:
-        The side, by more than rounding.
+        The side that is violated by more than rounding.
     """
     slack = SEARCH_FEASIBLE * size
     if value > upper + slack:
@@ -125,7 +125,7 @@ def violates(rows: ScaledRows, state: StateArray, goal: Point) -> bool:
 
 @kernel
 def start_beside(rows: ScaledRows, state: StateArray, goal: Point, here: Point) -> None:
-    """Start at the solution of the initial working set, moved into the box; what is violated joins W.
+    """Start at the solution of the initial working set, moved into the box; add violated members to W.
 
     Args:
         rows: The problem.
@@ -152,7 +152,7 @@ def zero_is_feasible(rows: ScaledRows) -> bool:
         rows: The problem.
 
     Returns:
-        True if it keeps them up to the tolerance with which hard rows may contradict each other.
+        True if it keeps them within the tolerance up to which hard rows count as agreeing.
     """
     for i in range(rows.offsets[1]):
         value, slack = 0.0, SEARCH_AGREE * rows.size[i]
@@ -165,7 +165,7 @@ def zero_is_feasible(rows: ScaledRows) -> bool:
 
 @kernel
 def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
-    """Start at the point of the box nearest to zero; W is what it violates, and the bounds that it touches.
+    """Start at the point of the box nearest to zero; W gets the rows it violates and the bounds it touches.
 
     Args:
         rows: The problem.
@@ -186,14 +186,14 @@ def start_at_zero(rows: ScaledRows, state: StateArray, here: Point) -> None:
 
 @kernel
 def perturbed(rows: ScaledRows, turn: Count) -> ScaledRows:
-    """Open each interval by a share of its own, so that no two bounds tie (Charnes 1952).
+    """Widen each interval by a different amount, so that no two bounds tie (Charnes 1952).
 
     Args:
         rows: The problem.
-        turn: Another turn, other shares.
+        turn: Number of the attempt; every attempt has other amounts.
 
     Returns:
-        The same rows with bounds of their own; equalities stay where they are.
+        The same rows with new bounds; those of equalities are unchanged.
     """
     n, count = rows.box_lower.size, rows.lower.size
     lower, upper, box_lower, box_upper = np.empty(count), np.empty(count), np.empty(n), np.empty(n)

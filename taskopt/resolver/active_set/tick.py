@@ -1,9 +1,9 @@
 """The compiled entries: one tick, from the buffer of a hierarchy to its answer.
 
-There are two, with the same arguments. `tick_fast` knows the fast path and the certificate only, so that it
-is compiled in a small part of the time; `tick` knows the search as well. Begin with the former; once it
-returns FAST_PATH_REFUSED, call `tick` with the same arguments, and go on with that one: no later tick then
-waits for the compiler. Both give the same answers.
+There are two entries with the same arguments and the same answers. `tick_fast` has only the fast path and the
+certificate, and therefore compiles in a small part of the time; `tick` has the search as well. Begin with
+`tick_fast`. Once it returns FAST_PATH_REFUSED, call `tick` with the same arguments, and use `tick` from then
+on, so that no later tick waits for the compiler.
 """
 
 from collections.abc import Callable
@@ -29,14 +29,14 @@ LAST, PREVIOUS, ALTERNATES = 0, 1, 2  # rows of the history
 
 
 def new_history(layout: Layout) -> StateArray:
-    """Allocate what the entries keep from tick to tick, as it is before the first tick.
+    """Allocate the history that the entries keep from tick to tick.
 
     Args:
-        layout: Of the hierarchies to come.
+        layout: Layout of the hierarchies that will be resolved.
 
     Returns:
-        (3, n + M) the last working set, the one before it, and a row whose first entry is 1 if they
-        alternate.
+        (3, n + M): the last working set, the working set before it, and a row whose first entry is 1 if the
+        two alternate.
     """
     return np.zeros((3, layout.width), dtype=np.int8)
 
@@ -59,7 +59,7 @@ def tick_fast(
         answer: As in `tick`.
 
     Returns:
-        The `Outcome` and 0 factorisations. With FAST_PATH_REFUSED, `history` is as it was.
+        The `Outcome` and 0 factorisations. If the outcome is FAST_PATH_REFUSED, `history` is unchanged.
     """
     problem = view_rows(buffer, norm.size, norm, offsets, columns)
     found = view_answer(answer, norm.size, offsets[-1], offsets.size - 2)
@@ -79,15 +79,15 @@ def tick(
     buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, settings: tuple[int, int], history:
     StateArray, state: StateArray, answer: Array,
 ) -> tuple[np.int64, Count]:  # fmt: skip
-    """Resolve one tick: by the fast path if it accepts, else by the search; then compute the certificate.
+    """Resolve one tick by the fast path or, if that refuses, by the search; then compute the certificate.
 
     Args:
         buffer: (layout.size,) the hierarchy.
         norm: (n,) diagonal of W.
         offsets: (levels + 2,) first row of each level, as in `Layout`.
         columns: (M,) the unknown that a row is the unit vector of, or −1, as in `Layout`.
-        settings: 1 if the fast path is to be tried, else 0; and the limit of factorisations.
-        history: (3, n + M) what `new_history` allocated; brought up to date.
+        settings: 1 to try the fast path, else 0; and the largest number of factorisations.
+        history: (3, n + M) history that `new_history` allocated; updated here.
         state: (n + M,) filled with the final working set.
         answer: (layout.answer_size,) filled with x, multipliers, certificate and a copy of the hierarchy.
 
@@ -123,7 +123,7 @@ def tick(
 
 @kernel
 def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
-    """Try the fast path from `state`; where it is accepted, `state` is its working set, else as it was."""
+    """Try the fast path from `state`, which becomes its working set if it accepts, else stays unchanged."""
     trial, verdict = state.copy(), Verdict.AGAIN
     for _ in range(FAST_PATH_ATTEMPTS):
         verdict = fast_path(problem, trial, found.x, found.multipliers)
@@ -137,13 +137,13 @@ def _try_fast_path(problem: Rows, state: StateArray, found: Answer) -> bool:
 
 @kernel
 def _recall(history: StateArray, state: StateArray) -> None:
-    """Guess the working set: the last one, or, where ticks alternate between two, the one before it."""
+    """Choose the initial working set: the last one or, if ticks alternate between two, the one before it."""
     copy_into(state, history[PREVIOUS] if history[ALTERNATES, 0] else history[LAST])
 
 
 @kernel
 def _remember(history: StateArray, state: StateArray) -> None:
-    """Shift the history by a tick; it alternates if this tick is more like the last but one than the last."""
+    """Shift the history by one tick; note if this working set is more like the last but one than the last."""
     like_last, like_previous = 0, 0
     for i in range(state.size):
         like_last += state[i] == history[LAST, i]
@@ -154,9 +154,9 @@ def _remember(history: StateArray, state: StateArray) -> None:
 
 
 class LazyTick:
-    """Call `tick_fast` until it first refuses, and `tick` from then on: the rest is not compiled before.
+    """Call `tick_fast` until it first refuses, and `tick` from then on, which is compiled only then.
 
-    A control loop that cannot pay for the call does the same by itself (see this module's first lines).
+    A control loop that cannot afford this additional call can do the same itself, as the module describes.
     """
 
     def __init__(self) -> None:

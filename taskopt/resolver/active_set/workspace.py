@@ -1,4 +1,4 @@
-"""The named codes of the active set, and the records of arrays that its kernels share.
+"""Enumerations of the active set, and the records of arrays that its kernels share.
 
 Every record is a `NamedTuple` that is built inside compiled code, where it costs nothing. Sizes are n
 unknowns, M rows, f free unknowns (those that no bound holds), m rows of the fast path and u columns without a
@@ -18,7 +18,7 @@ Count = (
 
 
 class Held(IntEnum):
-    """State of an unknown or a row in the working set W."""
+    """State of an unknown or a row relative to the working set W."""
 
     LOWER = -1
     """It is held at its lower bound."""
@@ -61,8 +61,9 @@ class ScaledRows(NamedTuple):
 
     Attributes:
         A: (M, n) scaled rows, hard rows first, then level by level.
-        scale: (M,) √w · max(1, ‖a‖), the size of a row by which its rank is judged.
-        size: (M,) ‖A_i‖, the size of a row by which its violation is judged; never below LOST · scale.
+        scale: (M,) √w · max(1, ‖a‖), the size of a row to which its remainder is compared in decisions of
+            rank.
+        size: (M,) ‖A_i‖, the size of a row to which its violation is compared; at least LOST · scale.
         lower: (M,) scaled lower bounds.
         upper: (M,) scaled upper bounds.
         box_lower: (n,) scaled lower bounds of the unknowns.
@@ -141,11 +142,11 @@ class LevelMultipliers(NamedTuple):
 
 
 class Locks(NamedTuple):
-    """The memory against cycling, box first, then rows.
+    """Marks that prevent the search from cycling, for the unknowns first, then for the rows.
 
     Attributes:
         locked: (n + M,) True for members of W that may not be dropped at present.
-        dropped: (n + M,) True for those that were dropped since x moved last.
+        dropped: (n + M,) True for members that were dropped since x last moved.
     """
 
     locked: Mask
@@ -153,12 +154,12 @@ class Locks(NamedTuple):
 
 
 class LastLevel(NamedTuple):
-    """The diagonal cost ½ Σ D_j (x_j − x0_j)² that comes last in the fast path.
+    """The diagonal cost ½ Σ D_j (x_j − x0_j)² of the last level, or of the norm, in the fast path.
 
     Attributes:
         D: (n,) weights; 0 where an unknown has none.
         x0: (n,) targets.
-        row: (≥ n,) the joint row that an unknown's weight comes from, −1 for none or where D is the norm.
+        row: (≥ n,) the joint row that gives an unknown's weight; −1 if there is none, or if D is the norm.
     """
 
     D: Array
@@ -167,7 +168,7 @@ class LastLevel(NamedTuple):
 
 
 class SaddlePoint(NamedTuple):
-    """The factorised system of the fast path, with M the m rows in question and U the uncovered columns.
+    """The factorised system of the fast path, with M its m equality rows and U the uncovered columns.
 
     Attributes:
         rows: (m,) indices of the rows in M.
@@ -194,7 +195,7 @@ class Scratch(NamedTuple):
     Attributes:
         step: (≥ m,) right-hand side of the rows; then the correction of λ.
         move: (≥ u,) right-hand side of the uncovered columns; then the correction of x_U.
-        pull: (n,) Sᵀ times the correction of λ; from it follows the correction of the covered columns.
+        pull: (n,) Sᵀ times the correction of λ, which gives the correction of the covered columns.
     """
 
     step: Array
