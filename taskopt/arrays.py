@@ -17,6 +17,10 @@ Mask = TypeAliasType("Mask", npt.NDArray[np.bool_])
 ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)  # lists, tuples, numbers, arrays
 
 
+NO_BOUND = 1e20
+"""A bound of this size or more is none. Files and solvers write "none" as 1e20, 1e30 or 1.8e308."""
+
+
 def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Copy finite numbers into an array.
 
@@ -70,7 +74,7 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
 
 
 def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """Copy bounds into an array; ±inf means that there is no bound.
+    """Copy bounds into an array; what is at least `NO_BOUND` in size means that there is no bound.
 
     Args:
         name: What the value is called in messages.
@@ -78,12 +82,14 @@ def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         shape: The shape that is expected; None accepts any length along that axis.
 
     Returns:
-        A new float64 array in C order.
+        A new float64 array in C order, with ±inf for every number that means "none".
 
     Raises:
         InvalidValue: As `number`.
     """
-    return number(name, value, shape)
+    array = number(name, value, shape)
+    array[array >= NO_BOUND], array[array <= -NO_BOUND] = np.inf, -np.inf
+    return array
 
 
 def positive(name: str, value: ArrayLike) -> float:

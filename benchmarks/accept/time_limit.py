@@ -1,8 +1,9 @@
-"""A pytest plugin that ends a test as soon as it has run for TEST_TIME_LIMIT seconds.
+"""A pytest plugin that ends a test as soon as it has taken TEST_TIME_LIMIT seconds of CPU.
 
 `mutants.py` runs tests without compilation. While it finds out which test executes which line, a test that
 takes too long is skipped, and so stays out of the map; the tests of a mutant fail instead, since a fault that
-makes the search run for ever has been noticed. Works by an alarm signal, hence on Unix only.
+makes the search run for ever has been noticed. The clock is that of the CPU, so that the map is the same on a
+busy machine. Works by a signal, hence on Unix only.
 """
 
 import os
@@ -18,7 +19,7 @@ ACTION = "TEST_TOO_LONG"  # environment variable: "skip" or "fail"
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:  # noqa: ARG001 (pytest names it)
-    """Set an alarm for the call of one test, and end the test when it rings.
+    """Set a timer for the call of one test, and end the test when it rings.
 
     Args:
         item: The test.
@@ -28,10 +29,10 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:  # noqa: ARG001 (p
     def ring(_signal: int, _frame: FrameType | None) -> None:
         end(f"takes more than {limit:g} s without compilation")
 
-    former = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, limit, 1.0)  # again each second, where a first one is swallowed
+    former = signal.signal(signal.SIGPROF, ring)
+    signal.setitimer(signal.ITIMER_PROF, limit, 1.0)  # again each second, where a first one is swallowed
     try:
         return (yield)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, former)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, former)

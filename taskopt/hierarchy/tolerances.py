@@ -337,6 +337,14 @@ JOINT_RANGE = 1e-9
 Smaller: rounding after a step that ends at the limit is reported. Larger: real violations go unreported.
 """
 
+MODEL_UNCHANGED = 1e-12
+"""[rad, m, rad/s, m/s, kg], absolute and relative: a smaller change of a model after its robot was made is
+taken for rounding.
+
+Smaller: a frame that is added later, which sums inertias anew, is refused. Larger: limits that somebody
+tightened on the model are ignored.
+"""
+
 # --- Analysis of Jacobians: kinematics/analysis -----------------------------------------------------------
 
 JACOBIAN_RANK = 1e-9

@@ -8,8 +8,10 @@ from collections import deque
 from collections.abc import Mapping
 
 from taskopt.arrays import positive
-from taskopt.errors import UnknownName
+from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
+
+LEVEL = "level "  # how the addresses of whole levels begin
 
 
 class Changes:
@@ -67,6 +69,26 @@ class Changes:
                 if ramp is not None:
                     self._ramps[name] = ramp
                     self.waiting = True
+
+    def recall(self) -> dict[str, Setting]:
+        """Return the present values that a copy of the plan has to set.
+
+        Returns:
+            Values by address. Targets are left out, since the tasks remember them, and levels, since their
+            tasks are here.
+
+        Raises:
+            InvalidValue: A change waits for the next tick, or is being blended.
+        """
+        if self.waiting:
+            raise InvalidValue(
+                "a loop cannot be copied while a change of a parameter waits or is being blended; step first"
+            )
+        return {
+            name: value
+            for name, value in self.read().items()
+            if not name.endswith(".target") and not name.startswith(LEVEL)
+        }
 
     def read(self) -> dict[str, Setting]:
         """Return the present values by address, without the changes that wait for the next tick."""

@@ -69,6 +69,7 @@ class Configuration:
             InvalidValue: q has the wrong size, a number that is not finite, or a quaternion that is not of
                 norm 1.
         """
+        robot.require_unchanged()
         self.robot = robot
         self.q: Array = robot.checked_q(q)
         self._shape = self.q.shape
@@ -78,6 +79,9 @@ class Configuration:
         self.joint_jacobians: Array = self._data.J.reshape((6, robot.nv), order="F")
         self.joint_placements: Array = _placements(self._data)
         self.update(self.q)
+
+    def __reduce__(self) -> tuple[type["Configuration"], tuple[Robot, Array]]:
+        return Configuration, (self.robot, self.q.copy())
 
     def update(self, q: Array) -> None:
         """Move the robot to q, in place.

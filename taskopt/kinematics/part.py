@@ -116,6 +116,17 @@ class Part:
             dt: Δt [s].
         """
 
+    def recall(self) -> object:
+        """Return what the part remembers of earlier ticks outside its parameters; None for most parts."""
+        return None
+
+    def remember(self, kept: object) -> None:
+        """Take what `recall` of the same part returned, in a copy of a plan.
+
+        Args:
+            kept: What was returned.
+        """
+
 
 class RowPart(Part):
     """A part that fills rows lower ≤ A v ≤ upper.

@@ -7,7 +7,7 @@ the choice of rows in a task.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 from typing_extensions import TypeAliasType
@@ -16,7 +16,7 @@ from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.jit import kernel
 from taskopt.kinematics.lie import exp3_into, log3_into
-from taskopt.kinematics.pose import checked_pose, is_pose
+from taskopt.kinematics.orientation.pose_forms import Homogeneous, as_pose, is_pair
 from taskopt.kinematics.robot import Robot
 
 ROW_NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -26,31 +26,26 @@ SCALAR, CIRCLE, OTHER = 0, 1, -1  # kinds of coordinate: one number; (cos, sin);
 _FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 
 
-@runtime_checkable
-class Homogeneous(Protocol):
-    """A pose object that has its homogeneous matrix, such as `pin.SE3`."""
-
-    @property
-    def homogeneous(self) -> Array:
-        """The pose (4, 4), translation in [m]."""
-        ...
-
-
 Value = TypeAliasType("Value", ArrayLike | Homogeneous | Mapping[str, float])
 """The forms in which a user may write a pose or a posture; each space says which it accepts."""
 
 
 def plain(value: Value) -> ArrayLike | Mapping[str, float]:
-    """Replace a pose object by its homogeneous matrix.
+    """Replace a pose object, or a pair of position and quaternion, by its homogeneous matrix.
 
     Args:
-        value: An array, numbers, a mapping from joint to number, or an object such as `pin.SE3`.
+        value: An array, numbers, a mapping from joint to number, an object such as `pin.SE3`, or a pair.
 
     Returns:
-        The matrix (4, 4) of a pose object; anything else as it is.
+        The matrix (4, 4) of a pose object or a pair; anything else as it is.
+
+    Raises:
+        InvalidValue: The quaternion of a pair has not norm 1.
     """
     if isinstance(value, np.ndarray):  # first, because the check of a protocol is slow
         return value
+    if is_pair(value):
+        return as_pose("the pose", value, np.eye(4))
     return value.homogeneous if isinstance(value, Homogeneous) else value
 
 
@@ -150,8 +145,9 @@ class PoseSpace:
     """Poses (4, 4) of a frame in the world, translation in [m].
 
     Rates are (6,): linear velocity of the origin [m/s], then angular velocity [rad/s], both along the axes
-    of the WORLD. A value may be a pose (a `pin.SE3`, or an array (4, 4)), a position (3,), or a rotation
-    (3, 3); the part that is not given stays that of the start. A rate may be (6,), or (3,): linear, or
+    of the WORLD. A value may be a pose (a `pin.SE3`, an array (4, 4), a pair of position and quaternion, or
+    their seven numbers), a position (3,), or a rotation (3, 3), see `as_pose`; the part that is not given
+    stays that of the start. A rate may be (6,), or (3,): linear, or
     angular if the space was made with `angular`.
     """
 
@@ -173,20 +169,7 @@ class PoseSpace:
             InvalidValue: The value has another shape, is not finite, or its rotation is not a rotation
                 matrix.
         """
-        array = np.asarray(plain(value))
-        if array.shape not in {(3,), (3, 3), (4, 4)}:
-            raise InvalidValue(
-                f"{self._name} must be a pose (4×4 or pin.SE3), a position (3) or a rotation (3×3), "
-                f"got {_shape(array)}"
-            )
-        pose = start.copy()
-        if array.shape == (4, 4):
-            pose[:] = array
-        elif array.shape == (3, 3):
-            pose[:3, :3] = array
-        else:
-            pose[:3, 3] = array
-        return pose if is_pose(pose) else checked_pose(self._name, pose)
+        return as_pose(self._name, value, start)
 
     def take(self, value: Value, start: Array, out: Array) -> None:
         """Write a value into `out` (4, 4); an array (4, 4) of floats is not checked. See `Space.take`."""

@@ -1,7 +1,8 @@
 """A stack: levels of tasks in strict order, limits around them, and a norm."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
 from itertools import accumulate, chain
 from typing import TypeVar
 
@@ -9,28 +10,31 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.layout import Block, Layout, numbered
+from taskopt.hierarchy.layout import Block, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
 from taskopt.hierarchy.view import box_of, rows_of
-from taskopt.kinematics.changes import Changes
+from taskopt.kinematics.binding import (
+    bound_limit,
+    bound_task,
+    check_gains,
+    damping_of,
+    layout_of,
+    named_obstacles,
+)
+from taskopt.kinematics.changes import LEVEL, Changes
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.gate import Axes, Enabled, Gate, Weight
-from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, named_apart
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
 from taskopt.kinematics.parameter import Followed, Parameter, Setting
-from taskopt.kinematics.part import Part, RowPart, check_complete
+from taskopt.kinematics.part import Part, RowPart
 from taskopt.kinematics.plan import base_box, compiled_tick, flawed
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.kinematics.task.base import rate_units
 from taskopt.kinematics.task.level_damping import BoundLevelDamping
 
-_ROWS = ("name", "row_names", "row_units", "column")
-_TASK = (*_ROWS, "gain", "weight", "error")
-_BOUNDS = ("name", "owners")
 Kind = TypeVar("Kind", Task, Limit)
 
 
@@ -108,6 +112,8 @@ class Plan:
         dt: Time [s] from one tick to the next.
 
     Attributes:
+        stack: What was declared.
+        changes: Parameters by address, and the changes that wait for the next tick.
         tasks: The bound tasks in order of level; their errors and poses are those of the last `at`.
         limits: The bound limits, in order.
         rate_limits: The limits whose bounds depend on the velocity of the last tick.
@@ -122,25 +128,27 @@ class Plan:
     """
 
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
+        robot.require_unchanged()
         self.dt, self.robot = dt, robot
         self.configuration = Configuration(robot, robot.neutral)
         names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))
-        levels = [[_bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
+        levels = [[bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*levels))
-        dampings = [found for k, level in enumerate(levels, 1) for found in _damping(level, k)]
-        limits, self.obstacles = _named_obstacles(stack)
-        self.limits = tuple(_bound_limit(limit, robot, dt) for limit in limits)
+        dampings = [found for k, level in enumerate(levels, 1) for found in damping_of(level, k)]
+        limits, self.obstacles = named_obstacles(stack.limits, stack.levels)
+        self.limits = tuple(bound_limit(limit, robot, dt) for limit in limits)
         boxes = [limit.box_part() for limit in self.limits if isinstance(limit, BoundLimit)]
         hard = [limit for limit in self.limits if isinstance(limit, RowPart)]
         hard += [BoundCoupling(robot, robot.couplings)] if robot.couplings else []
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
         self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
-        _check_gains(self.tasks, dt)
+        check_gains(self.tasks, dt)
         owners = chain.from_iterable(limit.owners for limit in boxes)
         named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
-        self.layout = _layout(robot, named, levels, ("box", *numbered(owners)))
-        self._started = False
+        self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)))
+        self.stack, self._begun = stack, None
+        self._velocity = np.zeros(robot.nv)
         self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
         blocks = {block.name: block for block in self.layout.blocks if block.level}
         self._damps = [(damping, k, blocks[damping.name].rows) for damping, k in dampings]
@@ -164,12 +172,22 @@ class Plan:
 
     def _anchor(self, q: ArrayLike, t: float) -> None:
         """Anchor the targets at q."""
+        self.robot.require_unchanged()
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:
             task.start(self.configuration, t)
         for part in self._aimed:
             part.aim(t)
-        self._started = True
+        self._begun = self.configuration.q.copy(), t
+
+    def __reduce__(self) -> tuple[Callable[..., "Plan"], tuple[object, ...]]:
+        begun, changes = self._begun, self.changes.recall()
+        kept = [part.recall() for part in (*self.tasks, *self.limits)]
+        now = self.configuration.q.copy(), self._velocity.copy()
+        return _copied, (self.stack, self.robot, self.dt, begun, changes, kept, now)
+
+    def __copy__(self) -> "Plan":
+        return deepcopy(self)
 
     def moved(self, v: Array) -> None:
         """Tell `rate_limits` and `rate_tasks` the velocity that the robot has until the next tick.
@@ -179,6 +197,7 @@ class Plan:
         """
         for part in (*self.rate_limits, *self.rate_tasks):
             part.moved(v)
+        self._velocity = v
 
     def brakes(self) -> Array:
         """Return the velocity after braking as hard as the limits on acceleration allow.
@@ -240,10 +259,10 @@ class Plan:
             q: Configuration, (nq,).
             t: Time [s].
         """
-        if not self._started:
+        if self._begun is None:
             self._anchor(q, t)
         if self.changes.waiting:
-            self._change(t)
+            self.take_changes(t)
         self.configuration.update(q)
         for aim in self._moving:
             aim(t)
@@ -273,7 +292,7 @@ class Plan:
             InvalidValue: dt ≤ 0, a gain is too large for it, or a user's own limit cannot change its Δt.
         """
         dt = positive("dt", dt)
-        _check_gains(self.tasks, dt)
+        check_gains(self.tasks, dt)
         for limit in self.limits:
             if not limit.constant and type(limit).retime is Part.retime:
                 raise InvalidValue(
@@ -293,8 +312,12 @@ class Plan:
         """True if a task has rows that are not fully on, so that Python code must open their bounds."""
         return bool(self._open_gates)
 
-    def _change(self, t: float) -> None:
-        """Apply the waiting changes of parameters, and advance those that are blended."""
+    def take_changes(self, t: float) -> None:
+        """Apply the changes of parameters that wait, and carry on those that are blended.
+
+        Args:
+            t: Time of the tick [s].
+        """
         self.changes.apply(t)
         if not all(part.fixed_target for part in self._still):
             self._sort_targets()
@@ -334,7 +357,7 @@ class Plan:
             found[f"{name}.weight"], found[f"{name}.axes"] = Weight(task, gate), Axes(task, gate)
             found[f"{name}.enabled"] = Enabled(f"{name}.enabled", [gate])
         for k, level in enumerate(levels, 1):
-            address = f"level {k}.enabled"
+            address = f"{LEVEL}{k}.enabled"
             found[address] = Enabled(address, [self._gates[t.name] for t in level if t.name in self._gates])
         for name, limit in zip(numbered(limit.name for limit in self.limits), self.limits, strict=True):
             for attribute, p in limit.adjustable().items():
@@ -415,47 +438,37 @@ class Plan:
         )
 
 
-def _bound_task(task: Task, robot: Robot, name: str) -> BoundTask:
-    """Return a task bound to a robot, and complete."""
-    bound = task.bind(robot, name)
-    check_complete(bound, BoundTask, f"'{name}'", _TASK)
-    return bound
+def _copied(
+    stack: Stack,
+    robot: Robot,
+    dt: float,
+    begun: tuple[Array, float] | None,
+    changes: Mapping[str, Setting],
+    kept: Sequence[object],
+    now: tuple[Array, Array],
+) -> Plan:
+    """Make a plan that continues where another one is.
 
-
-def _named_obstacles(stack: Stack) -> tuple[list[Limit], dict[str, Shape]]:
-    """Return the limits with obstacles named once for the whole stack, and all obstacles by name."""
-    declared = [*stack.limits, *chain(*stack.levels)]
-    groups = named_apart(checked_obstacles(owner.obstacles) if owner.obstacles else () for owner in declared)
-    limits = [
-        replace(limit, obstacles=group) if group and is_dataclass(limit) else limit
-        for limit, group in zip(stack.limits, groups, strict=False)
-    ]
-    return limits, {shape.name: shape for group in groups for shape in group}
-
-
-def _bound_limit(limit: Limit, robot: Robot, dt: float) -> BoundLimit | RowPart:
-    """Return a limit bound to a robot, and complete."""
-    bound, what = limit.bind(robot, dt), f"'{limit.name}'"
-    if isinstance(bound, RowPart) or not isinstance(bound, BoundLimit):
-        check_complete(bound, RowPart, what, _ROWS)
-    if isinstance(bound, BoundLimit):
-        check_complete(bound, BoundLimit, what, _BOUNDS)
-        if bound.kernel is None and type(bound).narrow is BoundLimit.narrow:
-            raise InvalidValue(f"{type(bound).__name__} of {what} lacks narrow() or a kernel of BoundLimit")
-    return bound
-
-
-def _damping(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDamping, int]]:
-    """Return the damping of level k with k, if the level has one, made to fit the other tasks."""
-    found = [task for task in level if isinstance(task, BoundLevelDamping)]
-    others = sum(len(task.row_names) for task in level if task not in found)
-    if len(found) > 1 or (found and not others):
-        raise InvalidValue(
-            f"'{found[0].name}' damps the other tasks of level {k}: one a level, beside at least one task"
-        )
-    for damping in found:
-        damping.fit(others)
-    return [(damping, k) for damping in found]
+    Args:
+        stack: What was declared.
+        robot: The robot.
+        dt: Time [s] from one tick to the next.
+        begun: Posture (nq,) and time at which the targets were anchored, or None before the start.
+        changes: Values of the parameters, by address.
+        kept: What tasks and limits remember, see `Part.recall`.
+        now: Posture (nq,) and velocity (nv,) as of the last tick.
+    """
+    plan = Plan(stack, robot, dt)
+    q, v = now
+    if begun is not None:
+        plan.start(*begun)
+        plan.changes.set(changes)
+        plan.take_changes(begun[1])
+        for part, memory in zip((*plan.tasks, *plan.limits), kept, strict=True):
+            part.remember(memory)
+        plan.configuration.update(q)
+        plan.moved(v)
+    return plan
 
 
 def _rows(hierarchy: Hierarchy, block: Block) -> LevelRows:
@@ -477,29 +490,3 @@ def _tuple(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
         if type(item).bind is kind.bind:
             raise InvalidValue(f"{type(item).__name__} lacks bind() of {kind.__name__}")
     return tuple(items)
-
-
-def _check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
-    """Raise `InvalidValue` for a gain with which a task would not converge."""
-    for task in tasks:
-        task.dt = dt
-        task.each_gain(task.gain)
-
-
-def _layout(
-    robot: Robot,
-    hard: Sequence[tuple[str, RowPart]],
-    levels: Sequence[Sequence[BoundTask]],
-    owners: tuple[str, ...],
-) -> Layout:
-    """Return names and sizes of the hierarchy."""
-    blocks: list[Block] = []
-    column: list[int] = []
-    tasks = [(k, part.name, part) for k, level in enumerate(levels, 1) for part in level]
-    for k, name, part in [*((0, name, limit) for name, limit in hard), *tasks]:
-        start = len(column)
-        column += part.column
-        names = part.row_names, part.row_units, part.choices
-        blocks.append(Block(name, k, start, len(column), *names))
-    units = rate_units(robot.coordinate_units)
-    return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)

@@ -250,6 +250,18 @@ class Function:
         if self.derivative is not None and not callable(self.derivative):
             raise InvalidValue(f"derivative must be a function of time, got {self.derivative!r}")
 
+    def __deepcopy__(self, memo: dict[int, object]) -> "Function":
+        return self  # frozen; a copy of a function is the function itself
+
+    def __reduce__(self) -> tuple[type["Function"], tuple[object, object]]:
+        for name in (getattr(part, "__qualname__", "") for part in (self.value, self.derivative)):
+            if "<" in name:
+                raise InvalidValue(
+                    f"a target whose function is {name} cannot be pickled; define the function at the top "
+                    "level of a module"
+                )
+        return Function, (self.value, self.derivative)
+
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (time is the run's)
         """Begin the course at the time t [s], see `Target.start`."""
         derivative, start = self.derivative, start.copy()

@@ -1,6 +1,7 @@
 """`Controller`, which resolves a stack inside a user's own control loop."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from copy import deepcopy
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.stack import Plan, Stack
 from taskopt.loop.loop import Loop
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
@@ -19,7 +20,9 @@ class Controller:
     """Resolve a stack tick by tick, at the postures and times that your control loop passes to it.
 
     Unlike in a `Scenario`, the robot may start outside its limits; they then let a joint stop or return. A
-    returned resolution does not change when later steps are taken.
+    returned resolution does not change when later steps are taken. A copy or a pickle continues where the
+    original is, with a memory of its own; a `Latest` target is copied, too. A loop in which a change is being
+    blended, or in which a moving target began, refuses to be copied.
 
     Args:
         robot: The robot.
@@ -46,12 +49,20 @@ class Controller:
         dt: float = 1e-3,
         on_conflict: ConflictPolicy = "raise",
     ) -> None:
-        policy = checked_policy(on_conflict)
-        self.plan = stack.compile(robot, dt)
-        self.resolver = as_resolver(resolver)
-        self._robot = robot
-        self._loop = Loop(self.plan, self.resolver, policy)
+        self._follow(stack.compile(robot, dt), as_resolver(resolver), checked_policy(on_conflict))
+
+    def _follow(self, plan: Plan, resolver: Resolver, policy: ConflictPolicy) -> None:
+        """Make the loop."""
+        self.plan, self.resolver, self._policy = plan, resolver, policy
+        self._robot = plan.robot
+        self._loop = Loop(plan, resolver, policy)
         self._tick = self._loop.tick
+
+    def __reduce__(self) -> tuple[Callable[..., "Controller"], tuple[object, ...]]:
+        return _copied, (self.plan, self.resolver, self._policy, self._loop.recall())
+
+    def __copy__(self) -> "Controller":
+        return deepcopy(self)
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Start all targets from a posture, forget the last step, and compile everything.
@@ -126,3 +137,11 @@ class Controller:
         if v is not None:
             self.plan.moved(finite("v", v, (self._robot.nv,)))
         return self._tick(q, t)
+
+
+def _copied(plan: Plan, resolver: Resolver, policy: ConflictPolicy, memory: object) -> Controller:
+    """Make a controller that continues with a plan and a memory."""
+    control = Controller.__new__(Controller)
+    control._follow(plan, resolver, policy)
+    control._loop.remember(memory)
+    return control

@@ -7,11 +7,11 @@ hierarchy with contradictory limits is not a useful warm start for one whose lim
 """
 
 from time import perf_counter_ns
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike
+from taskopt.arrays import Array, ArrayLike, StateArray
 from taskopt.errors import NotSolved
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import NO_OPTIMUM, Status
@@ -120,6 +120,21 @@ class Loop:
         self._memory = None
         if self._one_call is not None:
             self._one_call.forget()
+
+    def recall(self) -> object:
+        """Return a copy of the memory of the last tick, for `remember` of a copy of this loop."""
+        return self._memory if self._one_call is None else self._one_call.history.copy()
+
+    def remember(self, memory: object) -> None:
+        """Continue with the memory of another loop of the same stack and resolver.
+
+        Args:
+            memory: What `recall` returned.
+        """
+        if self._one_call is None:
+            self._memory = cast("Memory | None", memory)
+        else:
+            self._one_call.history[:] = cast("StateArray", memory)
 
     def _in_two_calls(self, q: Array, t: float) -> Resolution:
         """Fill the rows, call the resolver with them, and measure the times of both."""

@@ -35,13 +35,16 @@ class OneCall:
         plan: A plan that is filled by compiled code alone, with a diagonal norm.
         search: The active-set method with its settings.
         conclude: Function that checks or replaces an answer that the search does not claim to be the optimum.
+
+    Attributes:
+        history: Working sets of the last ticks, see `taskopt.resolver.active_set.tick`.
     """
 
     def __init__(self, plan: Plan, search: ActiveSet, conclude: Callable[[Resolution], Resolution]) -> None:
         self._plan, self._conclude = plan, conclude
         self._width, self._size = plan.layout.width, plan.layout.answer_size
-        self._history = new_history(plan.layout)
-        self._arguments = *plan.tick, self._history
+        self.history = new_history(plan.layout)
+        self._arguments = *plan.tick, self.history
         self._settings, self._apart = search.settings, LazyTick()
         fast, limit = (int(number) for number in search.settings)
         self._with_search = _fill_and_tick(plan.fill, tick, fast, limit)
@@ -65,7 +68,7 @@ class OneCall:
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
         if plan.gated:  # Python follows the kernels of the rows
             problem = _problem(plan.filled(t))
-            outcome, count = self._apart(problem, self._settings, self._history, state, answer)
+            outcome, count = self._apart(problem, self._settings, self.history, state, answer)
             code, rounds = int(outcome), int(count)
         else:
             code, rounds = self._entry(*self._arguments, state, answer)
@@ -95,7 +98,7 @@ class OneCall:
 
     def forget(self) -> None:
         """Forget the last tick, so that the next one has no warm start."""
-        self._history[:] = 0
+        self.history[:] = 0
 
 
 def _problem(hierarchy: Hierarchy) -> tuple[Array, Array, IntArray, IntArray]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import NO_BOUND, Array, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.engine import JointModel, Model
 
@@ -26,7 +26,6 @@ _UNIT_NORM = {  # the part of the joint's q that has norm 1
     "JointModelPlanar": slice(2, 4),
     "JointModelSpherical": slice(0, 4),
 }
-_BEYOND_ANY_ROBOT = 1e300  # Pinocchio's own "no limit" is the largest float, 1.8e308
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +52,26 @@ class JointTable:
     position_upper: Array
     velocity_limit: Array
     unit_norm: tuple[tuple[str, slice], ...]
+
+
+NUMBERS = ("lowerPositionLimit", "upperPositionLimit", "upperVelocityLimit", "jointPlacements", "inertias")
+"""Names of the arrays of a model that a robot, or a part of a plan, reads once."""
+
+
+def numbers_of(model: Model) -> tuple[Array, ...]:
+    """Copy the numbers of a model that are read once.
+
+    Args:
+        model: The kinematic tree.
+
+    Returns:
+        The arrays of `NUMBERS`: limits, placements of joints as (joints + 1, 4, 4), and mass and first moment
+        of bodies as (joints + 1, 4).
+    """
+    placements = np.array([place.homogeneous for place in model.jointPlacements])
+    bodies = np.array([[body.mass, *(body.mass * body.lever)] for body in model.inertias])
+    limits = (getattr(model, name).copy() for name in NUMBERS[:3])
+    return (*limits, placements, bodies)
 
 
 def joint_table(model: Model) -> JointTable:
@@ -97,14 +116,14 @@ def _position_limits(model: Model, name: str, joint: JointModel) -> tuple[Array,
     upper = np.array(model.upperPositionLimit[places])
     if (lower > upper).any():
         raise InvalidValue(f"joint {name} has position limits {lower} to {upper}; lower must be ≤ upper")
-    lower[lower <= -_BEYOND_ANY_ROBOT] = -np.inf
-    upper[upper >= _BEYOND_ANY_ROBOT] = np.inf
+    lower[lower <= -NO_BOUND] = -np.inf
+    upper[upper >= NO_BOUND] = np.inf
     return lower, upper
 
 
 def _no_limit_is_inf(velocity: Array) -> Array:
     """Replace every number that means "no velocity limit" by inf."""
-    return np.where((velocity > 0.0) & (velocity < _BEYOND_ANY_ROBOT), velocity, np.inf)
+    return np.where((velocity > 0.0) & (velocity < NO_BOUND), velocity, np.inf)
 
 
 def _velocity_names(name: str, kind: str, nv: int) -> list[str]:

@@ -13,10 +13,39 @@ from typing_extensions import TypeAliasType
 from taskopt.arrays import Array
 from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.robot.couplings import Coupling, coupled
-from taskopt.kinematics.robot.rebuild import has_turning_axes, rebuilt
+from taskopt.kinematics.robot.rebuild import Rebuilt, has_turning_axes, rebuilt
 
 Shapes = TypeAliasType("Shapes", GeometryModel | Callable[[], GeometryModel] | None)
 """Shapes, or a function that loads them on first use, or None for no shapes."""
+
+
+class Lazy:
+    """Shapes that a function loads on first use, and that are then kept.
+
+    It names the function and its arguments, where a closure could not be pickled. A pickle has both and not
+    the shapes, so that a robot that goes to another process reads its meshes there.
+
+    Args:
+        load: A function at the top level of a module.
+        arguments: What it is called with.
+    """
+
+    def __init__(self, load: Callable[..., GeometryModel], *arguments: object) -> None:
+        self._load, self._arguments = load, arguments
+        self._loaded: GeometryModel | None = None
+
+    def __call__(self) -> GeometryModel:
+        """Return the shapes.
+
+        Returns:
+            The shapes, the same at each call.
+        """
+        if self._loaded is None:
+            self._loaded = self._load(*self._arguments)
+        return self._loaded
+
+    def __reduce__(self) -> tuple[type["Lazy"], tuple[object, ...]]:
+        return Lazy, (self._load, *self._arguments)
 
 
 @dataclass(frozen=True)
@@ -59,13 +88,10 @@ class Parts:
         held = coupled(self.model, self.couplings, q)
         names = {self.model.names[i] for i in fixed}
 
-        def reduced(shapes: Shapes) -> Callable[[], GeometryModel]:
-            return lambda: pin.buildReducedModel(model, _with_frames(model, shapes), fixed, held)[1]
-
         return Parts(
             pin.buildReducedModel(model, fixed, held),
-            reduced(self.geometry),
-            None if self.visual is None else reduced(self.visual),
+            Lazy(_reduced, model, self.geometry, fixed, held),
+            None if self.visual is None else Lazy(_reduced, model, self.visual, fixed, held),
             self.name,
             {name: self._kept(posture, fixed) for name, posture in self.postures.items()},
             tuple(coupling for coupling in self.couplings if coupling.leader not in names),
@@ -91,11 +117,10 @@ class Parts:
     def _rebuilt(self, names: Mapping[str, Sequence[str]]) -> "Parts":
         """Build the tree anew; the shapes are still loaded on first use only."""
         new = rebuilt(self.model, names)
-
-        def moved(shapes: Shapes) -> Shapes:
-            return None if shapes is None else lambda: new.moved(loaded(shapes))
-
-        return replace(self, model=new.model, geometry=moved(self.geometry), visual=moved(self.visual))
+        geometry, visual = (
+            None if shapes is None else Lazy(_moved, new, shapes) for shapes in (self.geometry, self.visual)
+        )
+        return replace(self, model=new.model, geometry=geometry, visual=visual)
 
     def _coupled_to(self, ids: Sequence[int]) -> list[int]:
         """Return the sorted indices of some joints and of all joints that are coupled to them."""
@@ -117,6 +142,16 @@ def _can_be_reduced(model: Model) -> bool:
     """
     frames = all(model.existFrame(name, pin.FrameType.JOINT) for name in list(model.names)[1:])
     return frames and bool((model.lowerVelocityLimit <= model.upperVelocityLimit).all())
+
+
+def _reduced(model: Model, shapes: Shapes, fixed: list[int], q: Array) -> GeometryModel:
+    """Return the shapes of a tree in which joints are fixed at q."""
+    return pin.buildReducedModel(model, _with_frames(model, shapes), fixed, q)[1]
+
+
+def _moved(new: Rebuilt, shapes: Shapes) -> GeometryModel:
+    """Return the shapes of a tree that was built anew."""
+    return new.moved(loaded(shapes))
 
 
 def _with_frames(model: Model, shapes: Shapes) -> GeometryModel:

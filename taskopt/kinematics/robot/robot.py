@@ -3,7 +3,7 @@
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -12,11 +12,13 @@ import pinocchio as pin
 
 from taskopt.arrays import Array, ArrayLike, IntArray, finite
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.hierarchy.tolerances import JOINT_RANGE, UNIT_NORM
+from taskopt.hierarchy.tolerances import JOINT_RANGE, MODEL_UNCHANGED, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
+from taskopt.kinematics.orientation.pose_forms import Homogeneous, as_pose
+from taskopt.kinematics.robot.changed import TighterLimits, with_frame, with_limits
 from taskopt.kinematics.robot.couplings import Coupling, checked_couplings, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
-from taskopt.kinematics.robot.joints import joint_table
+from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
 from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
@@ -101,6 +103,8 @@ class Robot:
         self.position_upper = table.position_upper
         self.velocity_limit = table.velocity_limit
         self._unit_norm = table.unit_norm
+        self._read = numbers_of(model)
+        self._known_frames: tuple[int, dict[str, int]] = 0, {}
         self._geometry, self._visual = parts.geometry, parts.visual
         self.couplings, self.dropped = checked_couplings(self.name, model, couplings), tuple(dropped)
         self.neutral: Array = _frozen(self.coupled(pin.neutral(model)))
@@ -293,19 +297,25 @@ class Robot:
         """
         return self.geometry if self._visual is None else loaded(self._visual)
 
-    @cached_property
+    @property
     def _frame_ids(self) -> dict[str, int]:
-        """Map names to Pinocchio's indices of frames.
+        """Map names to Pinocchio's indices of frames, also of those that were added to the model later.
 
         Where a joint and a body share a name, the body's frame is taken, which is at the same place.
         """
+        if self._known_frames[0] != self.model.nframes:
+            self._known_frames = self.model.nframes, self._read_frames()
+        return self._known_frames[1]
+
+    def _read_frames(self) -> dict[str, int]:
+        """Read the names of the frames of the model."""
         ids = {frame.name: i for i, frame in enumerate(self.model.frames) if i > 0}
         bodies = {
             f.name: i for i, f in enumerate(self.model.frames) if i > 0 and f.type == pin.FrameType.BODY
         }
         return ids | bodies
 
-    @cached_property
+    @property
     def frames(self) -> tuple[str, ...]:
         """Names of all frames except the world."""
         return tuple(self._frame_ids)
@@ -417,19 +427,86 @@ class Robot:
         ids = [self.joint_id(name) for name in ([names] if isinstance(names, str) else names)]
         if not ids:
             return self
+        held = self._inside(self.neutral) if q is None else self.checked_q(q)
+        return Robot.from_parts(self.parts.locked(ids, held))
+
+    @property
+    def parts(self) -> Parts:
+        """The parts of which the robot is made; `from_parts` makes an equal robot of them."""
         postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
-        parts = Parts(
-            self.model,
-            lambda: self.geometry,
-            lambda: self.visual,
-            self.name,
-            postures,
-            self.couplings,
-            self.dropped,
+        return Parts(
+            self.model, self._geometry, self._visual, self.name, postures, self.couplings, self.dropped
         )
+
+    def __reduce__(self) -> tuple[Callable[[Parts], "Robot"], tuple[Parts]]:
+        return Robot.from_parts, (self.parts,)
+
+    def __copy__(self) -> "Robot":
+        return self
+
+    def __deepcopy__(self, memo: dict[int, object]) -> "Robot":
+        return self  # a robot holds no state
+
+    def with_frame(self, name: str, parent: str, pose: ArrayLike | Homogeneous) -> "Robot":
+        """Make a robot with one more frame, such as the tip of a tool.
+
+        Args:
+            name: Name of the new frame.
+            parent: Name of the frame to which it is fixed.
+            pose: Pose in the parent [m], in any of the forms of a target: (4, 4), `pin.SE3`, position (3,),
+                or position and quaternion.
+
+        Returns:
+            A new robot.
+
+        Raises:
+            UnknownName: There is no frame `parent`.
+            InvalidValue: There is a frame of that name already, or the pose is none.
+        """
+        if name in self.frames:
+            raise InvalidValue(f"{self.name} has a frame '{name}' already; give the new one another name")
+        place = as_pose(f"pose of '{name}'", pose, np.eye(4))
+        return Robot.from_parts(with_frame(self.parts, name, self.frame_id(parent), place))
+
+    def with_limits(
+        self,
+        position: Mapping[str, tuple[float, float]] | None = None,
+        velocity: Mapping[str, float] | None = None,
+        margin: float | Mapping[str, float] = 0.0,
+    ) -> "Robot":
+        """Make a robot with tighter limits.
+
+        Args:
+            position: New q_min and q_max of joints [rad, m], by name; each lies inside the present range.
+            velocity: New v_max of joints [rad/s, m/s], by name; each is at most the present one.
+            margin: What is taken off at both ends of every range [rad, m], or of single joints by name.
+
+        Returns:
+            A new robot; its postures are moved into the new ranges.
+
+        Raises:
+            UnknownName: There is no joint of that name.
+            InvalidValue: A limit is wider than the present one, no range is left, or the joint has no single
+                coordinate that could have a limit.
+        """
         return Robot.from_parts(
-            parts.locked(ids, self._inside(self.neutral) if q is None else self.checked_q(q))
+            with_limits(self.parts, TighterLimits(position or {}, velocity or {}, margin))
         )
+
+    def require_unchanged(self) -> None:
+        """Refuse a model whose limits or tree were changed after the robot was made.
+
+        Limits are read once, when the robot is made. Frames may be added at any time.
+
+        Raises:
+            InvalidValue: Numbers of `robot.model` are not those that were read.
+        """
+        for what, before, now in zip(NUMBERS, self._read, numbers_of(self.model), strict=True):
+            if before.shape != now.shape or not np.allclose(before, now, MODEL_UNCHANGED, MODEL_UNCHANGED):
+                raise InvalidValue(
+                    f"{what} of the model of {self.name} was changed after the robot was made, which read it "
+                    "then; use robot.with_limits(...), or make a new Robot of the changed pin.Model"
+                )
 
     def checked_q(self, q: ArrayLike) -> Array:
         """Check a configuration that a user gave, and return a copy with normalised quaternions.

@@ -16,7 +16,7 @@ from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.robot.couplings import Coupling, chained, narrow_leaders
 from taskopt.kinematics.robot.dropped import warn_of_dropped
 from taskopt.kinematics.robot.meshes import mesh_folders, read_shapes, with_found_meshes, without_meshes
-from taskopt.kinematics.robot.parts import Parts
+from taskopt.kinematics.robot.parts import Lazy, Parts
 from taskopt.kinematics.robot.srdf import add_pairs, postures
 from taskopt.kinematics.robot.urdf_check import UrdfFile, checked_urdf
 from taskopt.kinematics.robot.xml_file import existing, number
@@ -116,22 +116,31 @@ def lazy_parts(
     states, unread = ({}, ()) if srdf is None else postures(srdf, model, fixed)
     beyond = narrow_leaders(model, moving)
 
-    def shapes(kind: pin.GeometryType) -> GeometryModel:
-        out = read_shapes(path, with_found_meshes(path, root, folders), model, kind)
-        if srdf is not None and kind == pin.GeometryType.COLLISION:
-            add_pairs(model, out, srdf)
-        return out
-
     parts = Parts(
         model,
-        lambda: shapes(pin.GeometryType.COLLISION),
-        lambda: shapes(pin.GeometryType.VISUAL),
+        Lazy(_collision_shapes, path, root, folders, model, srdf),
+        Lazy(_visual_shapes, path, root, folders, model),
         path.stem,
         states,
         tuple(moving),
         (*file.dropped, *lost, *beyond, *unread),
     )
     return _without_stuck(parts, couplings)
+
+
+def _visual_shapes(path: Path, root: ET.Element, folders: list[Path], model: Model) -> GeometryModel:
+    """Read the shapes that a viewer draws."""
+    return read_shapes(path, with_found_meshes(path, root, folders), model, pin.GeometryType.VISUAL)
+
+
+def _collision_shapes(
+    path: Path, root: ET.Element, folders: list[Path], model: Model, srdf: Path | None
+) -> GeometryModel:
+    """Read the shapes that may not collide, with the pairs that the SRDF file leaves."""
+    out = read_shapes(path, with_found_meshes(path, root, folders), model, pin.GeometryType.COLLISION)
+    if srdf is not None:
+        add_pairs(model, out, srdf)
+    return out
 
 
 def read_tree(path: Path, floating: bool) -> Model:

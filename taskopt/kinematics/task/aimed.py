@@ -23,6 +23,7 @@ class AimedTask(BoundTask):
 
     goal: Array
     _course: Course
+    _redirected: bool | None = None  # since the start: True by a target that moves, False by a value
 
     def take_target(self, target: Target, space: Space) -> None:
         """Take the declared target.
@@ -44,6 +45,25 @@ class AimedTask(BoundTask):
             InvalidValue: The target does not fit the task.
         """
         self._course = self._target.start(self._space, start, t)
+        self._redirected = None
+
+    def recall(self) -> Array | None:
+        """Return the value to which the target was set while the stack ran, or None; see `Part.recall`.
+
+        Raises:
+            InvalidValue: The target was replaced by one that moves, which began where the robot was then.
+        """
+        if self._redirected:
+            raise InvalidValue(
+                f"the target of '{self.name}' was replaced by one that moves, and began where the robot was "
+                "then; a loop cannot be copied until its target is set to a value"
+            )
+        return None if self._redirected is None else self.goal.copy()
+
+    def remember(self, kept: object) -> None:
+        """Take the value to which the target was set; see `Part.remember`."""
+        if isinstance(kept, np.ndarray):
+            self.redirect(kept, 0.0)
 
     def redirect(self, target: Target | Array, t: float) -> None:
         """Replace the target at the beginning of a tick.
@@ -62,6 +82,7 @@ class AimedTask(BoundTask):
         else:
             self._course = target.start(self._space, self.goal, t)
             self.fixed_target = False
+        self._redirected = not isinstance(target, np.ndarray)
         self.aim(t)
 
     def adjustable(self) -> Mapping[str, Parameter]:

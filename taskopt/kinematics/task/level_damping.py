@@ -91,6 +91,15 @@ class BoundLevelDamping(BoundTask):
         names = [f"direction {i}" for i in range(1, count + 1)]
         super().__init__(name, names, ("",) * count, gain=0.0)
 
+    def recall(self) -> int | None:
+        """Return the rank of the last tick; see `Part.recall`."""
+        return self._rank
+
+    def remember(self, kept: object) -> None:
+        """Take the rank of the last tick; see `Part.remember`."""
+        assert kept is None or isinstance(kept, int), "it is what `recall` returned"
+        self._rank = kept
+
     def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
         """Forget the rank of the last tick."""
         self._rank = None

@@ -128,7 +128,7 @@ class BoundDuring(BoundTask):
 
     def __init__(self, declared: During, inner: BoundTask) -> None:
         super().__init__(inner.name, inner.row_names, inner.row_units, inner.gain, inner.weight, inner.column)
-        self.declared, self._inner, self._begun = declared, inner, False
+        self.declared, self._inner, self._begun, self._came_later = declared, inner, False, False
         self._reach: dict[bool, float] = {}  # while it comes (True), and while it goes (False)
         self.weight, self.gain, self.error = inner.weight, inner.gain, inner.error
         self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
@@ -155,16 +155,34 @@ class BoundDuring(BoundTask):
         """Return which rows a choice of axes takes; see `BoundTask.rows_of_axes`."""
         return self._inner.rows_of_axes(axes)
 
+    def recall(self) -> object:
+        """Refuse to be copied once the task has come, since its target was anchored then; see `Part.recall`.
+
+        Raises:
+            InvalidValue: The task came after the start.
+        """
+        if self._begun and self._came_later:
+            raise InvalidValue(
+                f"'{self.name}' came after the start, and is anchored where the robot was then; the loop can "
+                "no longer be copied, so copy it earlier, or make a new one"
+            )
+        return self._inner.recall()
+
+    def remember(self, kept: object) -> None:
+        """Hand on what the task remembers; see `Part.remember`."""
+        self._inner.remember(kept)
+
     def start(self, configuration: Configuration, t: float) -> None:
         """Anchor the target of the task; see `RowPart.start`."""
         self._inner.start(configuration, t)
-        self._begun = t >= self.declared.begin
+        self._begun, self._came_later = t >= self.declared.begin, False
         self._reach.clear()
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
         if not self._begun and t >= self.declared.begin:
             self.start(configuration, t)
+            self._came_later = True
         if self._inner.constant:
             rows.lower[:] = rows.upper[:] = 0.0
         else:

@@ -1,0 +1,132 @@
+"""Parts of a robot with a change: one more frame, or tighter limits."""
+
+# Pinocchio and Coal ship no stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.engine import JointModel, Model
+from taskopt.kinematics.robot.joints import joint_table
+from taskopt.kinematics.robot.parts import Parts
+
+
+@dataclass(frozen=True)
+class TighterLimits:
+    """Limits that are to be tighter than those of the robot's file.
+
+    Attributes:
+        position: q_min and q_max of joints [rad, m], by name.
+        velocity: v_max of joints [rad/s, m/s], by name.
+        margin: What is taken off at both ends of every range, or of those of single joints by name [rad, m].
+    """
+
+    position: Mapping[str, tuple[float, float]]
+    velocity: Mapping[str, float]
+    margin: float | Mapping[str, float]
+
+
+def with_frame(parts: Parts, name: str, parent: int, pose: Array) -> Parts:
+    """Add a frame.
+
+    Args:
+        parts: Parts of a robot.
+        name: Name of the new frame.
+        parent: Pinocchio's index of the frame to which it is fixed.
+        pose: Pose (4, 4) in the parent [m].
+
+    Returns:
+        Parts whose tree has the frame; their shapes are the same.
+    """
+    model = pin.Model(parts.model)
+    frame = model.frames[parent]
+    place = frame.placement * pin.SE3(pose[:3, :3], pose[:3, 3])
+    model.addFrame(pin.Frame(name, frame.parentJoint, parent, place, pin.FrameType.OP_FRAME), False)
+    return replace(parts, model=model)
+
+
+def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
+    """Tighten limits of joints.
+
+    Args:
+        parts: Parts of a robot.
+        limits: The new limits.
+
+    Returns:
+        Parts whose tree has the limits; postures are moved into the ranges.
+
+    Raises:
+        UnknownName: There is no joint of that name.
+        InvalidValue: A limit is wider than the present one, no range is left, or the joint has no single
+            coordinate that could have a limit.
+    """
+    model = pin.Model(parts.model)
+    for name, (lower, upper) in limits.position.items():
+        _narrow(model, _joint(model, name), name, float(lower), float(upper))
+    for name, margin in _margins(model, limits.margin).items():
+        joint = _joint(model, name)
+        place = joint.idx_q
+        lower, upper = model.lowerPositionLimit[place], model.upperPositionLimit[place]
+        if not margin >= 0.0:
+            raise InvalidValue(f"the margin of {name} must be ≥ 0, got {margin:g}")
+        _narrow(model, joint, name, float(lower) + margin, float(upper) - margin)
+    present = joint_table(parts.model).velocity_limit
+    for name, fastest in limits.velocity.items():
+        joint = _joint(model, name, single=False)
+        columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+        if not 0.0 < fastest <= present[columns].min():
+            raise InvalidValue(
+                f"the velocity limit of {name} must be > 0 and at most {present[columns].min():g}, the "
+                f"present one, got {fastest:g}; for a wider one make a Robot of a changed pin.Model"
+            )
+        model.upperVelocityLimit[columns] = fastest
+        model.lowerVelocityLimit[columns] = -fastest
+    return replace(parts, model=model, postures={k: _inside(model, q) for k, q in parts.postures.items()})
+
+
+def _joint(model: Model, name: str, *, single: bool = True) -> JointModel:
+    """Return a joint by name; raise an error if there is none, or if it has no single coordinate."""
+    if not model.existJointName(name):
+        raise UnknownName("joint", name, list(model.names)[1:])
+    joint = model.joints[model.getJointId(name)]
+    if single and (joint.nq, joint.nv) != (1, 1):
+        raise InvalidValue(
+            f"{name} is a {joint.shortname()} with {joint.nq} coordinates, and cannot have one range"
+        )
+    return joint
+
+
+def _margins(model: Model, margin: float | Mapping[str, float]) -> dict[str, float]:
+    """Return the margin of each joint that gets one: those named, or all that have a finite range."""
+    if isinstance(margin, Mapping):
+        return {name: float(number) for name, number in margin.items()}
+    if margin == 0.0:
+        return {}
+    table, joints = joint_table(model), list(zip(model.names, model.joints, strict=True))[1:]
+    limited = np.isfinite(table.position_lower) | np.isfinite(table.position_upper)
+    return {name: float(margin) for name, joint in joints if joint.nv == 1 and limited[joint.idx_v]}
+
+
+def _narrow(model: Model, joint: JointModel, name: str, lower: float, upper: float) -> None:
+    """Write a range that lies inside the present one; raise `InvalidValue` if it does not."""
+    place = joint.idx_q
+    least, most = float(model.lowerPositionLimit[place]), float(model.upperPositionLimit[place])
+    if not least <= lower <= upper <= most:
+        raise InvalidValue(
+            f"the range of {name} must lie inside {least:g} to {most:g}, the present one, and not be empty, "
+            f"got {lower:g} to {upper:g}; for a wider one make a Robot of a changed pin.Model"
+        )
+    model.lowerPositionLimit[place], model.upperPositionLimit[place] = lower, upper
+
+
+def _inside(model: Model, q: Array) -> Array:
+    """Move a posture (nq,) into the ranges of the joints that have one coordinate."""
+    out = q.copy()
+    places = [joint.idx_q for joint in list(model.joints)[1:] if joint.nq == joint.nv == 1]
+    out[places] = np.clip(out[places], model.lowerPositionLimit[places], model.upperPositionLimit[places])
+    return out
