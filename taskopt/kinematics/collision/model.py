@@ -61,8 +61,9 @@ class Collision:
         joints = [int(shape.parentJoint) for shape in shapes.geometryObjects]
         self.joints = tuple((joints[first], joints[second]) for first, second in pairs)
         self.turn = np.zeros((len(pairs), robot.nv))
+        moves = {joint: _moves(robot, joint) for joint in set(joints)}
         for row, (first, second) in zip(self.turn, self.joints, strict=True):
-            row[:] = _moves(robot, second) - _moves(robot, first)
+            row[:] = moves[second] - moves[first]
         radius = [core(shape)[1] for shape in shapes.geometryObjects]
         self.crossed: Array = np.array([-radius[first] - radius[second] for first, second in pairs])
         self.contact = self._contacts()

@@ -85,7 +85,8 @@ def between(collision: Collision) -> Between:
     Raises:
         InvalidValue: A sliding joint between two solids has no position limit.
     """
-    reach = np.array([_reach(collision.robot, collision, pair) for pair in range(len(collision.pairs))])
+    reaches = _Reaches(collision)
+    reach = np.array([reaches.of(pair) for pair in range(len(collision.pairs))]).reshape(collision.turn.shape)
     reach[:, ~_turns(collision.robot)] = 1.0
     pair, column = np.nonzero(collision.turn)
     start = np.searchsorted(pair, np.arange(len(collision.pairs) + 1))
@@ -118,23 +119,32 @@ def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
         InvalidValue: A sliding joint between two solids has no position limit.
     """
     known = [Core(*core(shape)) for shape in collision.shapes.geometryObjects]
-    out = [
-        _losses(collision, pair, known[first], known[second], dt, within)
-        for pair, (first, second) in enumerate(collision.pairs)
-    ]
+    reaches, turns, speeds = _Reaches(collision), _turns(collision.robot), nominal_speeds(collision.robot)
+    out = []
+    for pair, (first, second) in enumerate(collision.pairs):
+        moving = collision.turn[pair] != 0.0
+        turning = turns & moving
+        speed = _Speeds(
+            float(speeds[turning].sum()),
+            float(speeds[moving & ~turns].sum()),
+            float(speeds[turning] @ reaches.of(pair)[turning]),
+        )
+        out.append(_losses(known[first], known[second], speed, dt, within))
     travel, jump, bend = np.array(out).reshape(-1, 3).T.copy()
     return StepLosses(travel, jump, bend)
 
 
-def _losses(
-    collision: Collision, pair: int, mine: Core, other: Core, dt: float, within: float
-) -> tuple[float, float, float]:
-    """Return travel, jump and bend [m] of one pair of solids, `mine` and `other` being their cores."""
-    robot, moving = collision.robot, collision.turn[pair] != 0.0
-    speeds, turning = nominal_speeds(robot), _turns(robot) & moving
-    spin = float(speeds[turning].sum())
-    slide = float(speeds[moving & ~turning].sum())
-    swing = float(speeds[turning] @ _reach(robot, collision, pair)[turning])
+class _Speeds(NamedTuple):
+    """Sums over the velocities that change one distance, at the nominal speeds."""
+
+    spin: float  # Σ v̄ over turning joints [rad/s]
+    slide: float  # Σ v̄ over sliding joints [m/s]
+    swing: float  # Σ v̄ ρ over turning joints [m/s]
+
+
+def _losses(mine: Core, other: Core, speed: _Speeds, dt: float, within: float) -> tuple[float, float, float]:
+    """Return travel, jump and bend [m] of one pair of solids, whose cores are `mine` and `other`."""
+    spin, slide, swing = speed
 
     def bend(pad: float) -> float:
         """Bound the acceleration part for points up to `pad` [m] farther from the joints."""
@@ -147,36 +157,44 @@ def _losses(
     return dt * (swing + slide), *min(ways, key=sum)
 
 
-def _reach(robot: Robot, collision: Collision, pair: int) -> Array:
-    """Return bounds (nv,) [m] on distances of the first solid's points from the joints between the two."""
-    first, second = collision.joints[pair]
-    shape = collision.shapes.geometryObjects[collision.pairs[pair][0]]
-    mine, theirs = (list(robot.model.supports[joint]) for joint in (first, second))
-    shared = sum(a == b for a, b in zip(mine, theirs, strict=False))
-    out, length = np.zeros(robot.nv), extent(shape)
-    for joint in reversed(mine[shared:]):
-        _write(robot, out, joint, length)
-        length += _link_length(robot, joint)
-    for joint in theirs[shared:]:
-        length += _link_length(robot, joint)
-        _write(robot, out, joint, length)
-    if not np.isfinite(out[_turns(robot) & (collision.turn[pair] != 0.0)]).all():
-        raise InvalidValue(
-            f"{collision.names[pair]}: a sliding joint between them has no position limit, so a step has no "
-            "bound; give the joint limits"
-        )
-    return out
+class _Reaches:
+    """Bounds on the distances of points of the first solid of a pair from the joints between the two."""
+
+    def __init__(self, collision: Collision) -> None:
+        """Measure shapes and links once, because there may be thousands of pairs."""
+        robot = collision.robot
+        self._collision, self._turns = collision, _turns(robot)
+        self._supports = [list(support) for support in robot.model.supports]
+        self._columns = [slice(j.idx_v, j.idx_v + j.nv) if j.nv else slice(0) for j in robot.model.joints]
+        self._lengths = [0.0] + [_link_length(robot, joint) for joint in range(1, len(self._supports))]
+        self._extents = [extent(shape) for shape in collision.shapes.geometryObjects]
+
+    def of(self, pair: int) -> Array:
+        """Return bounds (nv,) [m] on distances of the first solid's points from the joints between the two.
+
+        Raises `InvalidValue` where a sliding joint without a position limit is among them.
+        """
+        collision = self._collision
+        mine, theirs = (self._supports[joint] for joint in collision.joints[pair])
+        shared = sum(a == b for a, b in zip(mine, theirs, strict=False))
+        out, length = np.zeros(self._turns.size), self._extents[collision.pairs[pair][0]]
+        for joint in reversed(mine[shared:]):
+            out[self._columns[joint]] = length
+            length += self._lengths[joint]
+        for joint in theirs[shared:]:
+            length += self._lengths[joint]
+            out[self._columns[joint]] = length
+        if not np.isfinite(out[self._turns & (collision.turn[pair] != 0.0)]).all():
+            raise InvalidValue(
+                f"{collision.names[pair]}: a sliding joint between them has no position limit, so a step has "
+                "no bound; give the joint limits"
+            )
+        return out
 
 
 def _turns(robot: Robot) -> Mask:
     """Return (nv,) True where a velocity turns."""
     return np.array([unit == "rad" for unit in robot.coordinate_units])
-
-
-def _write(robot: Robot, out: Array, joint: int, value: float) -> None:
-    """Write a value into `out` (nv,) for all velocities of a joint."""
-    known = robot.model.joints[joint]
-    out[known.idx_v : known.idx_v + known.nv] = value
 
 
 def _link_length(robot: Robot, joint: int) -> float:
