@@ -6,6 +6,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.near import NearDistances
@@ -24,8 +25,8 @@ class BoundNearDistance(BoundDistance):
 
     no pair can lose more than its room in a step, nor can its row bind, so it need not even be measured. For
     a joint without a velocity limit, v̄ is still finite, and the bounds hold it to s v̄. Should more pairs
-    need a row than there are, those whose rows would bind at the lowest speeds get them, and the bounds on
-    the velocities become tighter for the others; no distance is given up.
+    need a row than there are, those get them that would be the slowest without. The others keep their
+    margins by tighter bounds on the velocities alone; no distance is given up.
 
     The label of a row is the number of its pair, so that every bound names its pair; a pair keeps its row for
     as long as it needs one.
@@ -71,20 +72,20 @@ class BoundNearDistance(BoundDistance):
         of, listed = self.distances, self.distances.between
         of.update_near(configuration)
         self.share[:] = self.share_beyond
-        braking = np.empty((2, of.near.size))
+        braking = np.empty((3, of.near.size))
         settings = self.gain, self.dt
         brake_pairs(of.near, of.distance, of.gradient, listed, self.known, settings, braking, self.share)
         label = rows.label if rows.label.size else np.empty(len(self.pair_of_row))
         written = RowNumbers(rows.A, rows.lower, label)
-        chosen = self._choose(braking[1])
+        chosen = self._choose(braking)
         assign_rows(of.near, chosen, braking, of.gradient, listed, self._served, written, self.share)
         np.multiply(self.share, self.speeds, out=self._bounds.memory)
 
-    def _choose(self, limit: Array) -> IntArray:
-        """Choose the places of the pairs that get rows: those whose rows would bind at the lowest speeds."""
-        needs = np.flatnonzero(~(limit >= 1.0))  # NaN among them, so that it is found
+    def _choose(self, braking: Array) -> IntArray:
+        """Choose the places of the pairs that get rows: of those that need one, the slowest without it."""
+        needs = np.flatnonzero(~(braking[1] >= 1.0))  # NaN among them, so that it is found
         count = len(self.pair_of_row)
-        return needs if needs.size <= count else needs[np.argsort(limit[needs], kind="stable")[:count]]
+        return needs if needs.size <= count else needs[np.argsort(braking[2, needs], kind="stable")[:count]]
 
 
 def _thresholds(known: Array, gain: float) -> Array:
@@ -145,8 +146,9 @@ def brake_pairs(near, distance, gradient, between, known, settings, braking, sha
         between: The velocities that change each distance.
         known: (6, P), see `Pair`.
         settings: Gain and Δt [s].
-        braking: (2, N) receives the lower bound of each row [m/s], and the s at which the row would bind at
-            the speeds s v̄; −inf and inf beyond the influence.
+        braking: (3, N) receives the lower bound of each row [m/s]; the s at which the row would bind at the
+            speeds s v̄; and the s that keeps the margin without a row, by a κ-th of the room a step. Beyond
+            the influence they are −inf, inf and inf.
         share: s of each velocity, (nv,), made smaller here.
     """
     for i in range(near.size):
@@ -157,9 +159,14 @@ def brake_pairs(near, distance, gradient, between, known, settings, braking, sha
             k = between.column[entry]
             share[k] = min(share[k], s)
             steepest += abs(gradient[pair, k]) * between.speed[entry]
-        braking[0, i], braking[1, i] = lower, np.inf
+        braking[0, i], braking[1, i], braking[2, i] = lower, np.inf, np.inf
         if lower != -np.inf and steepest != 0.0:  # true of NaN, too, so that it is handed on and found
             braking[1, i] = -lower / steepest
+            room = distance[pair] - known[Pair.MARGIN, pair]
+            budget = max(settings[0] * room, CONTACT, -0.1 * room)
+            first = known[Pair.JUMP, pair] + settings[1] * steepest
+            root = np.sqrt(first * first + 4.0 * known[Pair.BEND, pair] * budget)
+            braking[2, i] = 2.0 * budget / (first + root)
 
 
 @kernel_apart
@@ -169,7 +176,7 @@ def assign_rows(near, chosen, braking, gradient, between, served, rows, share):
     Args:
         near: Indices of the near pairs, (N,).
         chosen: Places in `near` of the pairs that get rows.
-        braking: (2, N), see `brake_pairs`.
+        braking: (3, N), see `brake_pairs`.
         gradient: ∇d of all pairs along the velocities, (P, nv).
         between: The velocities that change each distance.
         served: Which pairs the rows serve; changed here.
@@ -185,7 +192,7 @@ def assign_rows(near, chosen, braking, gradient, between, served, rows, share):
         if not is_chosen[pair]:
             for entry in range(between.start[pair], between.start[pair + 1]):
                 k = between.column[entry]
-                share[k] = min(share[k], braking[1, i])
+                share[k] = min(share[k], max(braking[1, i], braking[2, i]))
     free = 0
     for i in chosen:
         pair = near[i]

@@ -129,7 +129,7 @@ def folded(of, rng, bound):
 
 @pytest.mark.parametrize("rows", [1, 20])
 def test_fewer_rows_allow_the_same_velocities(rows):
-    """Within the nominal speeds the answer is that of a row for each pair; with too few rows, never more."""
+    """Within the nominal speeds what is allowed is what a row for each pair allows; with too few rows, less."""
     of, rng, seen = robot("panda"), np.random.default_rng(2), []
     every, few = BOTH.bind(of, 5e-3), replace(BOTH, rows=rows).bind(of, 5e-3)
     assert isinstance(every, BoundDistance)
@@ -142,7 +142,6 @@ def test_fewer_rows_allow_the_same_velocities(rows):
             seen.append((allows(*mine, v), allows(*theirs, v)))
     mine, theirs = np.array(seen).T
     assert 0.1 < theirs.mean() < 0.9
-    assert not (mine & ~theirs).any()
     if rows > 1:
         assert (mine == theirs).all()
     else:
