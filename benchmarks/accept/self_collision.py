@@ -32,7 +32,7 @@ from taskopt import (
     SelfCollisionLimit,
     Stack,
 )
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.coal import solid
 
@@ -160,7 +160,7 @@ def main() -> int:
     return int(arrived < NEEDED * count or worst > SLACK or with_it > RATIO * without)
 
 
-def _of_arms(robot: Robot, pairs: Sequence[tuple[int, int]]) -> Array:
+def _of_arms(robot: Robot, pairs: Sequence[tuple[int, int]]) -> Mask:
     """Return True for pairs of which one shape is no part of a hand."""
     names = [shape.name for shape in robot.geometry.geometryObjects]
     return np.array([not all("hand_" in names[i] for i in pair) for pair in pairs])

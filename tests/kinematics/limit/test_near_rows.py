@@ -129,7 +129,7 @@ def folded(of, rng, bound):
 
 @pytest.mark.parametrize("rows", [1, 20])
 def test_fewer_rows_allow_the_same_velocities(rows):
-    """Within the nominal speeds what is allowed is what a row for each pair allows; with too few rows, less."""
+    """Within the nominal speeds it is what a row for each pair allows; with too few rows, it is less."""
     of, rng, seen = robot("panda"), np.random.default_rng(2), []
     every, few = BOTH.bind(of, 5e-3), replace(BOTH, rows=rows).bind(of, 5e-3)
     assert isinstance(every, BoundDistance)
