@@ -1,7 +1,7 @@
 """Redundancy resolution of robots by optimisation: strict task stacks, certified and recorded.
 
-Every name that a user needs is here. Each is imported when it is first asked for, so that `taskopt --help`
-does not wait for Pinocchio and Numba, and a hierarchy of plain arrays does not wait for a robot.
+Every name that a user needs is here. Each is imported at its first use, so that `taskopt --help` does not
+import Pinocchio and Numba, and a program that only uses hierarchies of plain arrays does not import robots.
 """
 
 import sys
@@ -270,11 +270,11 @@ __all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def _imported(name: str) -> object:
-    """Import a public name when it is first asked for.
+    """Import a public name at its first use.
 
     Raises:
-        AttributeError: There is no such name; the message suggests a near one, or says where a name that
-            is not public lives. A `from taskopt import` raises `ImportError` with the same message.
+        AttributeError: There is no such name; the message suggests a similar one, or names the module that
+            defines it. A `from taskopt import` raises `ImportError` with the same message.
         ImportError: The module of the name cannot be imported.
     """
     if name.startswith("_"):
@@ -300,7 +300,7 @@ def __dir__() -> list[str]:
 
 
 def _way_out(name: str) -> str:
-    """Suggest what may have been meant by an unknown name."""
+    """Return advice for an unknown name: a similar name, or the module that defines it."""
     if _is_module(name):
         return f"it is a module: import taskopt.{name}"
     near = [other for other in __all__ if len(name) > 3 and name.lower() in other.lower()]
@@ -314,7 +314,7 @@ def _way_out(name: str) -> str:
 
 
 def _modules_that_define(name: str) -> list[str]:
-    """Look a name up in the sources of the package, since importing them all would take seconds."""
+    """Find modules that define a name, in their sources, since importing all of them would take seconds."""
     root = Path(__file__).parent
     heads = tuple(f"{word}{name}{end}" for word in ("class ", "def ") for end in "(:[") + (f"{name} = ",)
     files = sorted(root.rglob("*.py"))
@@ -330,5 +330,5 @@ def _is_module(name: str) -> bool:
 
 
 def _is_import_statement() -> bool:
-    """Return True if the name is asked for by `from taskopt import`, which hides an `AttributeError`."""
+    """Return True if the name is used in `from taskopt import`, which hides an `AttributeError`."""
     return sys._getframe(2).f_code.co_name == "_handle_fromlist"

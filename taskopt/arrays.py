@@ -1,6 +1,6 @@
-"""Array types, and the checks that every array from outside passes.
+"""Array types, and the checks of every array that a user gives.
 
-The types have names of their own, so that `help()` prints `Array` instead of the type parameters of NumPy.
+The types have short names, so that `help()` prints `Array` instead of the type parameters of NumPy.
 """
 
 import numpy as np
@@ -93,7 +93,7 @@ def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
 
 
 def positive(name: str, value: ArrayLike) -> float:
-    """Return a number that is checked to be finite and > 0.
+    """Check that a number is finite and > 0, and return it.
 
     Args:
         name: What the value is called in messages.
@@ -103,7 +103,7 @@ def positive(name: str, value: ArrayLike) -> float:
         The number as a float.
 
     Raises:
-        InvalidValue: The value is no single number, not finite, or ≤ 0.
+        InvalidValue: The value is not a single number, is not finite, or is ≤ 0.
     """
     result = float(finite(name, value, ()))
     if result <= 0.0:
@@ -112,6 +112,6 @@ def positive(name: str, value: ArrayLike) -> float:
 
 
 def _where(mask: Mask) -> str:
-    """Return the index of the first true entry in words."""
+    """Return the index of the first True entry as text."""
     index = tuple(int(i) for i in np.argwhere(mask)[0])
     return f"index {index if len(index) != 1 else index[0]}"

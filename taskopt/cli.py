@@ -1,4 +1,4 @@
-"""The command line. It wires everything together and computes nothing itself."""
+"""The command line, which combines the other modules and computes nothing itself."""
 
 import os
 import sys
@@ -58,12 +58,12 @@ Logs = Annotated[Path, typer.Option(metavar="FOLDER", help="Write to FOLDER/<sce
 
 @dataclass(frozen=True)
 class Output:
-    """Where a run is recorded, as the options say.
+    """The options on recording a run.
 
     Attributes:
-        record: Write a recording at all.
+        record: True to write a recording.
         logs: Folder of all recordings.
-        live: Show the run in a viewer as well.
+        live: True to show the run in a viewer as well.
     """
 
     record: bool

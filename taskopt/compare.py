@@ -1,7 +1,7 @@
-"""Compare resolvers on one scenario: tracking, limits, proofs, times.
+"""Comparison of resolvers on one scenario, with their figures of tracking, limits, proofs and times.
 
-The resolvers take turns tick by tick, each with its own robot, so that one clock and one load of the machine
-hold for all of them.
+The resolvers take turns tick by tick, each with its own robot, so that their times are measured under the
+same load of the machine.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,8 +20,9 @@ from taskopt.resolver.registry import as_resolver
 class Comparison:
     """Run a scenario with several resolvers, and gather the figures of each.
 
-    Iterating yields the steps of all resolvers, tick by tick. A resolver that has no answer ends there, with
-    the reason in its summary, and the others go on. If it is the only one, its error is raised.
+    Iterating yields the steps of all resolvers, tick by tick. A resolver that has no answer stops at that
+    tick, with the reason in its summary, and the others continue. If it is the only resolver, its error is
+    raised.
 
     Args:
         scenario: The scenario to run.
@@ -30,12 +31,12 @@ class Comparison:
     Attributes:
         scenario: As above.
         resolvers: The resolvers.
-        baseline: Name of the resolver with whose path the others are compared: `pinv` if it is among them,
-            else the first.
+        baseline: Name of the resolver with whose path those of the others are compared: `pinv` if it is one
+            of them, else the first.
         summaries: Figures so far, by name of the resolver.
 
     Raises:
-        UnknownName: There is no resolver of a name that is given.
+        UnknownName: There is no resolver of a given name.
         NotSolved: The only resolver has no answer that may be sent to a robot.
         Infeasible: Hard limits contradict each other, with one resolver and the policy "raise".
     """

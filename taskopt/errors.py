@@ -1,4 +1,4 @@
-"""The errors that taskopt raises on purpose. Each message says what is wrong and how to mend it.
+"""The errors that taskopt raises on purpose. Each message says what is wrong and how to correct it.
 
 Each class also derives from the built-in exception that fits, so that `except ValueError` works as a Python
 user expects, and `except TaskoptError` catches everything that this package raises on purpose.
@@ -11,7 +11,7 @@ from typing import Protocol
 
 
 class KeptProblem(Protocol):
-    """The part of a `Hierarchy` that an error promises; errors know nothing else of the package."""
+    """The part of a `Hierarchy` that errors use, stated here so that this module imports no other."""
 
     def save(self, path: str | Path) -> None:
         """Write the problem to a file, so that it can be resolved again elsewhere.
@@ -23,7 +23,7 @@ class KeptProblem(Protocol):
 
 
 class RefusedAnswer(Protocol):
-    """The part of a `Resolution` that an error promises."""
+    """The part of a `Resolution` that errors use."""
 
     @property
     def problem(self) -> KeptProblem:
@@ -36,11 +36,11 @@ class TaskoptError(Exception):
 
 
 class InvalidValue(TaskoptError, ValueError):
-    """A value has the wrong shape or type, is not finite, or lies outside the range that is allowed."""
+    """A value has the wrong shape or type, is not finite, or is outside its allowed range."""
 
 
 class UnknownName(TaskoptError, LookupError):
-    """A name is not known; the message suggests similar ones.
+    """A name is unknown; the message suggests similar names.
 
     Args:
         kind: Kind of thing that was looked up, such as "robot".
@@ -67,7 +67,7 @@ class UnknownName(TaskoptError, LookupError):
 
 
 class MissingFile(TaskoptError, FileNotFoundError):
-    """A file is missing that was asked for, or that another file refers to."""
+    """A file does not exist that the user named, or that another file refers to."""
 
 
 class NotInstalled(TaskoptError, ImportError):
@@ -115,8 +115,8 @@ class NotSolved(TaskoptError, RuntimeError):
 
 
 class DroppedWarning(UserWarning):
-    """A file of a robot states something that the robot does not have; `Robot.dropped` lists all of it."""
+    """A file of a robot states something that the robot cannot represent; `Robot.dropped` lists all of it."""
 
 
 class BadLog(TaskoptError, ValueError):
-    """A recording or table cannot be read; the message says how much of it is intact."""
+    """A recording or table cannot be read; the message says how much of it can be read."""

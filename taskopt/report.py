@@ -1,4 +1,4 @@
-"""Print the figures of a run or of a comparison as a table for a terminal."""
+"""Tables of the figures of a run or of a comparison, for a terminal."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from os import environ
@@ -25,9 +25,9 @@ class Figure(NamedTuple):
     """One figure of a summary.
 
     Attributes:
-        heading: Heading of its column in a wide table; empty where wide tables leave it out.
+        heading: Heading of its column in a wide table; "" if wide tables leave it out.
         label: Its name in words, in a tall table.
-        cell: Gives its text for a summary.
+        cell: Function that returns its text for a summary.
     """
 
     heading: str
@@ -102,7 +102,7 @@ def terminal() -> Console:
     """Make the console for tables.
 
     Returns:
-        A console as wide as the terminal, or of 120 columns where the output goes to a file or pipe.
+        A console as wide as the terminal, or of 120 columns if the output goes to a file or pipe.
     """
     console = Console()
     return console if console.is_terminal or "COLUMNS" in environ else Console(width=120)
@@ -151,7 +151,7 @@ def tall_table(summaries: Sequence[Summary], title: str, baseline: str) -> Table
 
 
 def cause_table(summaries: Sequence[Summary]) -> Table:
-    """Make a table of how often, and why, each resolver differs from its closed form.
+    """Make a table of the causes by which each resolver differs from its closed form, with their counts.
 
     Args:
         summaries: One for each resolver.
@@ -174,11 +174,11 @@ def cause_table(summaries: Sequence[Summary]) -> Table:
 
 
 def show(summaries: Iterable[Summary], console: Console, baseline: str, title: str = "") -> None:
-    """Print the figures of a run or of a comparison, and what they mean.
+    """Print the figures of a run or of a comparison with explanations.
 
     Args:
         summaries: One for each resolver.
-        console: Where to print.
+        console: Console on which the text is printed.
         baseline: Name of the resolver with whose path the others are compared.
         title: Title of the table.
     """
@@ -203,7 +203,7 @@ def show(summaries: Iterable[Summary], console: Console, baseline: str, title: s
 
 
 def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
-    """Say which limits were active most, who needed a fallback, and how smoothly each resolver moved."""
+    """Yield sentences on the most active limits, on fallbacks, and on the smoothness of each resolver."""
     active: dict[str, list[str]] = {}
     for summary in summaries:
         if summary.active:
@@ -217,7 +217,7 @@ def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
 
 
 def _conditions(summaries: Sequence[Summary]) -> Iterator[str]:
-    """Say how the times were measured: their mean, the start of each tick, the machine, the versions."""
+    """Yield sentences on the measurement of times: mean, start of each tick, machine, versions."""
     means = ", ".join(f"{summary.resolver} {_geometric_mean(summary.seconds)} µs" for summary in summaries)
     yield (
         f"solve time, shifted geometric mean (shift {_SHIFT * 1e6:.0f} µs): {means}; wall clock, each tick "
@@ -245,7 +245,7 @@ def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
 
 
 def _most_active(summary: Summary, count: int = 4) -> str:
-    """Return the names that were active most often, with their shares of the ticks."""
+    """Return the names of the limits that were active most often, with their shares of the ticks."""
     most = summary.active.most_common(count)
     return ", ".join(f"{name} {_share(ticks, summary.ticks)}" for name, ticks in most)
 
@@ -254,7 +254,7 @@ def show_inventory(console: Console) -> None:
     """Print robots, solvers with the command that installs them, resolvers and scenarios.
 
     Args:
-        console: Where to print.
+        console: Console on which the text is printed.
     """
     arms = tuple(ARMS)
     console.print(Text("arms of the textbook", style="bold"))

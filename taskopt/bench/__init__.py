@@ -1,1 +1,1 @@
-"""Comparisons for users: accuracy of solvers, worth of strict levels, random stacks (`taskopt bench`)."""
+"""Comparisons for users (`taskopt bench`): accuracy of solvers, strict levels, random stacks."""

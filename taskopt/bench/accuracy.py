@@ -1,7 +1,7 @@
-"""Measure how accurate solvers are near a singularity: smallest singular value × damping × solver.
+"""Measure the accuracy of solvers near a singularity, for each smallest singular value and damping.
 
 The Jacobian is 6×7, with singular values from 1 down to σ_min; velocities are bounded. Each solver answers
-twice: as `<family>/<solver>` here, to the accuracy that is asked for, and alone, at its own defaults, from
+twice: as the resolver `<family>/<solver>`, to the requested accuracy, and alone, at its own defaults, from
 the normal equations H = JᵀJ + k² I. Where no bound is active, the exact answer is (3.52), or (3.59) with
 damping k. Where bounds are active, it is the answer of the active-set method, solved again and certified.
 """
@@ -32,7 +32,7 @@ ROOMS = (10.0, 0.5)  # bounds relative to the largest velocity of the closed for
 
 @dataclass
 class Cell:
-    """Relative errors ‖x − exact‖∞ / ‖exact‖∞ of one solver at one σ_min and one k, trial by trial.
+    """Relative errors ‖x − exact‖∞ / ‖exact‖∞ of one solver at one σ_min and one k, for each trial.
 
     Attributes:
         solver: Name of the solver.
@@ -40,8 +40,8 @@ class Cell:
         k: Damping factor.
         raw: Errors of the solver's own answers.
         polished: Errors of the same answers, solved again from their active sets.
-        flagged: True where the answer does not pass for solved.
-        default: Errors of the solver alone at its own defaults; inf where it gave up.
+        flagged: True where the answer does not count as solved.
+        default: Errors of the solver alone at its own defaults; inf if it gave up.
         unjudged: Trials without a certified optimum to compare with.
         fallbacks: Trials whose optimum came from a fallback of the active-set method.
     """
@@ -58,7 +58,7 @@ class Cell:
 
     @property
     def worst_unflagged(self) -> float:
-        """Largest raw error of the answers that pass for solved; 0 if none does."""
+        """Largest raw error of the answers that count as solved; 0 if none does."""
         passed = (error for error, flagged in zip(self.raw, self.flagged, strict=True) if not flagged)
         return max(passed, default=0.0)
 
@@ -75,14 +75,14 @@ def measure(
 
     Args:
         names: Names of the solvers.
-        family: How they are asked, "hqp" or "wqp".
+        family: Kind of resolver that uses the solvers, "hqp" or "wqp".
         trials: Number of problems for each cell.
         room: Bounds on the velocities, relative to the largest velocity of the closed form. Below 1 some of
             them are active.
         seed: Another seed draws other problems.
 
     Yields:
-        One cell after the other, solver by solver.
+        Cells, one after the other, solver by solver.
     """
     for name in names:
         answer = resolver(f"{family}/{name}")
@@ -110,7 +110,7 @@ def jacobian(rng: np.random.Generator, smallest: float) -> Array:
 
 
 def damped_problem(J: Array, v: Array, k: float, bound: float) -> Hierarchy:
-    """State damped least squares (3.59), ½‖J q̇ − v‖² + ½ k² ‖q̇‖², or (3.51) for k = 0, inside bounds.
+    """Make the hierarchy of damped least squares (3.59) or, for k = 0, of (3.51), inside bounds.
 
     Args:
         J: Jacobian, (m, n).
@@ -209,7 +209,7 @@ def _texts(cell: Cell) -> tuple[str, str, str, str]:
 
 
 def _number(value: float) -> str:
-    """Return one digit and the exponent; "none" for inf, which stands for no answer."""
+    """Return one digit and the exponent; "none" for inf, which means that there is no answer."""
     return "none" if np.isinf(value) else f"{value:.0e}"
 
 

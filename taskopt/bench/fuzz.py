@@ -1,10 +1,10 @@
-"""Resolve random ticks of random stacks on four robots: every answer must be proven, or reported as failed.
+"""Resolve random ticks of random stacks on four robots, and check that every answer is proven or reported.
 
-A stack has two to four levels of frame, position, orientation, box, gaze and joint tasks, some of them
-twice. Around them are limits on position and velocity or on acceleration, and distances to be kept from
-obstacles and from the robot itself. Most ticks follow from the tick before, so that the resolver starts from
-the last active set. The others jump to another posture, sometimes exactly on its limits, with targets that
-are near, far out of reach, or where the frame is already.
+A stack has two to four levels of frame, position, orientation, box, gaze and joint tasks, some of them twice.
+Around them are limits on position and velocity or on acceleration, and distances to be kept from obstacles
+and from the robot itself. Most ticks follow from the tick before, so that the resolver starts from the last
+active set. The others jump to another posture, sometimes exactly on its limits, with targets that are near
+the frame, far out of reach, or at the frame itself.
 """
 
 from collections.abc import Iterator, Sequence
@@ -39,9 +39,9 @@ class Tally:
         ticks: Ticks so far.
         bound: Ticks at which a bound of the box is active.
         near: Ticks at which a distance limit is active.
-        conflicts: Ticks whose limits on acceleration and distances contradict each other, reported by name.
-        reported: Failures that the resolver itself reports.
-        fallbacks: Answers that came from a fallback of the resolver.
+        conflicts: Ticks whose limits on acceleration and distances contradict each other.
+        reported: Ticks without a solved answer, which the resolver reports itself.
+        fallbacks: Answers of a fallback of the resolver.
         unproven: Answers that claim to be optimal and are not certified. There must be none.
         certificate: The worst KKT residual of the answers that claim to be optimal.
         position: Largest excess over a position limit after the Euler step [rad, m].
@@ -78,7 +78,7 @@ def fuzz(
         ticks: Number of ticks.
         seed: Another seed draws other stacks and postures.
         resolver: Name of the resolver.
-        keep: Folder in which hierarchies are saved whose answer failed; None saves nothing.
+        keep: Folder in which hierarchies with a failed answer are saved; None saves nothing.
 
     Yields:
         The tally so far, after each tick.
@@ -126,8 +126,8 @@ def _ticks_of_a_stack(
 class Floor:
     """The least values that the distances of one distance limit may have.
 
-    This is the margin of the limit. A pair that starts inside the margin may come nearer by 1e-9 m or by a
-    tenth of its depth in each step, as the limit promises, until it has left the margin.
+    This is the margin of the limit. As the limit promises, a pair that starts inside the margin may come
+    nearer by 1e-9 m or by a tenth of its depth in each step, until it has left the margin.
 
     Args:
         limit: The distance limit, bound to the robot.
@@ -156,7 +156,7 @@ class Floor:
         return bool((self.least == self.limit.margin).all())
 
     def missing(self, configuration: Configuration) -> float:
-        """Measure after a step, and set the least values of the next one.
+        """Measure the distances after a step, and set the least values for the next step.
 
         Args:
             configuration: The robot after the step.
@@ -228,7 +228,7 @@ def _start(configuration: Configuration, floors: Sequence[Floor], rng: np.random
 def _judge(
     tally: Tally, resolution: Resolution, after: Configuration, floors: Sequence[Floor], keep: Path | None
 ) -> None:
-    """Count one answer, and measure by how much limits are missed after the Euler step."""
+    """Count one answer, and measure the excess over limits after the Euler step."""
     robot = after.robot
     over = np.abs(resolution.v) - robot.velocity_limit
     limited = robot.position_index >= 0
@@ -255,7 +255,7 @@ def _judge(
 
 
 def _report(tally: Tally, problem: KeptProblem | None, keep: Path | None) -> None:
-    """Count a failure that is reported, and save its problem."""
+    """Count a reported failure, and save its problem."""
     tally.reported += 1
     if problem is not None:
         _save(tally, problem, keep)

@@ -1,4 +1,4 @@
-"""Draw random stacks with obstacles and limits, postures and targets, for the fuzz run."""
+"""Random stacks with obstacles and limits, random postures and targets, for the fuzz run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -81,7 +81,7 @@ def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) 
         rng: Source of random numbers.
 
     Returns:
-        The stack, with targets that are still to be set (see `aim`).
+        The stack; its targets must then be set by `aim`.
     """
     targets: list[tuple[str, Latest]] = []
     dt = float(rng.choice([1e-3, 5e-3, 2e-2]))
@@ -143,7 +143,7 @@ def aim(targets: Sequence[tuple[str, Latest]], robot: Robot, q: Array, rng: np.r
 
 
 def _distance_limits(robot: Robot, rng: np.random.Generator) -> list[Limit]:
-    """Draw limits that keep up to three obstacles, and the links of the robot, apart."""
+    """Draw limits on distances to up to three obstacles and between the links of the robot."""
     limits: list[Limit] = []
     solids = [_beside(robot, rng) for _ in range(rng.integers(0, 4))]
     for kind in (ObstacleLimit, SelfCollisionLimit):

@@ -2,8 +2,8 @@
 
 The Panda's hand is to move at 0.6 m/s in a random direction, with the home posture as the level below it,
 inside velocity limits. A random case is kept if the first level can be met in full inside the limits, and if
-a limit is active at the strict optimum. SciPy's bounded least squares (BVLS) decides the former, so that no
-resolver of ours judges itself.
+a limit is active at the strict optimum. SciPy's bounded least squares (BVLS) decides if the first level can
+be met, so that no resolver of ours judges itself.
 
 The alternatives to strict levels are one QP in which the posture u has the weight w, in two forms:
 
@@ -39,13 +39,13 @@ METHODS = ("strict", *(f"{kind}, w = {w:g}" for kind in ("projected", "soft") fo
 
 @dataclass
 class Method:
-    """Results of one method of giving the hand priority, case by case.
+    """Results of one method of giving the hand priority, for each case.
 
     Attributes:
         name: One of `METHODS`.
         residual: Weighted residual of the first level [m/s], one number for each case.
         regret: Regret of both levels, (2,) for each case [m/s, rad/s], see `taskopt.regret`.
-        fallbacks: Problems that the active-set search did not prove, so that a fallback answered.
+        fallbacks: Number of problems that a fallback answered, because the active-set search found no proof.
     """
 
     name: str
@@ -55,14 +55,14 @@ class Method:
 
 
 def measure(cases: int, seed: int = 0) -> Iterator[tuple[Method, ...]]:
-    """Draw cases until enough of them count, and resolve each by every method.
+    """Draw cases until enough of them are kept, and resolve each by every method.
 
     Args:
-        cases: Number of cases that have to count.
+        cases: Number of cases to keep.
         seed: Another seed draws other cases.
 
     Yields:
-        The methods, in the order of `METHODS`, after each case that counts.
+        The methods, in the order of `METHODS`, after each case that is kept.
     """
     robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
     rng, methods = np.random.default_rng(seed), tuple(map(Method, METHODS))
@@ -81,7 +81,7 @@ def measure(cases: int, seed: int = 0) -> Iterator[tuple[Method, ...]]:
 
 
 def case(robot: Robot, rng: np.random.Generator) -> Hierarchy:
-    """Draw a case: the hand above the posture, at a random posture.
+    """Draw a case: a level for the hand above a level for the posture, at a random posture.
 
     Args:
         robot: The Panda.
@@ -114,7 +114,7 @@ def can_be_met(hierarchy: Hierarchy) -> bool:
 
 
 def in_one_qp(hierarchy: Hierarchy) -> Iterator[Hierarchy]:
-    """State a case as one weighted QP.
+    """Make the weighted QPs of a case.
 
     Args:
         hierarchy: A case with two levels.

@@ -16,12 +16,12 @@ _SPEED = 2.0  # [rad/s] limit of the QP beside Fig. 3.19, whose scenario declare
 
 
 def fig_3_15() -> Figure:
-    """Draw the errors of the open loop: both remain when the motion has ended."""
+    """Draw the errors of the open loop, which remain after the motion has ended."""
     return _errors_of_pose("fig_3_15_open_loop")
 
 
 def fig_3_16() -> Figure:
-    """Draw the closed loop with the inverse: joints, their velocities, and both errors."""
+    """Draw joints, joint velocities and both errors of the closed loop with the inverse."""
     figure = new_figure(4.8)
     formula, qp = _pair("fig_3_16_inverse", "pinv")
     top, speeds = figure.add_subplot(2, 2, 1), figure.add_subplot(2, 2, 2)
@@ -40,12 +40,12 @@ def fig_3_16() -> Figure:
 
 
 def fig_3_17() -> Figure:
-    """Draw the pseudo-inverse: error of the position, and the orientation, which no row controls."""
+    """Draw position error and orientation with the pseudo-inverse, where no row controls the orientation."""
     return _errors_and_orientation("fig_3_17_pseudo_inverse", "pinv")
 
 
 def fig_3_18() -> Figure:
-    """Draw the transpose: its error is bounded, larger, and gone soon after the target stops."""
+    """Draw position error and orientation with the transpose, whose error vanishes after the target stops."""
     return _errors_and_orientation("fig_3_18_transpose", "transpose")
 
 
@@ -157,7 +157,7 @@ def _both(axes: Axes, t: Array, sizes: Sequence[Array]) -> None:
 
 
 def _curve(axes: Axes, t: Array, size: Array, colour: str, style: str, name: str) -> None:
-    """Draw one curve of an error; what is rounding lies on the lower edge."""
+    """Draw one curve of an error; rounding errors are drawn at the lower edge."""
     axes.semilogy(t, np.maximum(size, _FLOOR), color=colour, linestyle=style, label=name)
 
 

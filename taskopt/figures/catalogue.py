@@ -1,4 +1,4 @@
-"""The figures by the numbers of the chapter, and how they are written to files."""
+"""The figures by their numbers in the chapter, and writing of them to files."""
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -40,14 +40,14 @@ def render(names: Sequence[str], folder: Path) -> Iterator[Path]:
 
     Args:
         names: Numbers of figures, such as "3.16"; none for all.
-        folder: Where the files are written; it is made if it is not there.
+        folder: Folder for the files, which is made if it does not exist.
 
     Yields:
         The path of each file when it has been written, such as fig_3_16.png.
 
     Raises:
         UnknownName: A number is not that of a figure.
-        MissingFile: The scenario of a figure is not there.
+        MissingFile: The scenario of a figure does not exist.
     """
     for name in names:
         if name not in FIGURES:

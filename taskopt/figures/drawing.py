@@ -32,7 +32,7 @@ def draw_planar_arm(axes: Axes, points: Array, colour: str = DARK, strength: flo
     Args:
         axes: Axes to scale.
         points: Origins of its frames (n + 1, 2 or more) [m].
-        colour: Of the links.
+        colour: Colour of the links.
         strength: Opacity from 0 to 1.
     """
     x, y = points[:, 0], points[:, 1]
@@ -48,11 +48,11 @@ def draw_ellipse(axes: Axes, ellipsoid: Ellipsoid, centre: ArrayLike, scale: flo
 
     Args:
         axes: Axes to scale.
-        ellipsoid: Its two axes; a flat one is drawn as a line, and one that is open as a line of finite
-            length, which the text of the figure has to say.
-        centre: Where it is drawn, (2,) [m].
+        ellipsoid: An ellipsoid with two axes. A flat one is drawn as a line, and an open one as a line of
+            finite length, which the text of the figure must mention.
+        centre: Position of its centre, (2,) [m].
         scale: Metres on the picture for each unit of a semi-axis.
-        colour: Of the line.
+        colour: Colour of the line.
     """
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     finite = Ellipsoid(ellipsoid.axes, np.where(np.isfinite(ellipsoid.semi_axes), ellipsoid.semi_axes, 10.0))
@@ -75,7 +75,7 @@ def space_axes(
         place: Rows, columns and number in the grid of axes.
         reach: Half the width of the cube that is shown [m].
         view: Elevation and azimuth of the viewer [deg].
-        centre: Of the cube [m].
+        centre: Centre of the cube (3,) [m].
 
     Returns:
         The axes.
@@ -97,7 +97,7 @@ def draw_spatial_arm(axes: Axes3D, points: Array, joints: Sequence[int] | None =
     Args:
         axes: The axes.
         points: Its frames (k, 3) [m].
-        joints: Which points are joints; default: all but the last.
+        joints: Indices of the points that are joints; default: all but the last.
     """
     marked = range(len(points) - 1) if joints is None else joints
     axes.plot(*points.T, color=DARK, linewidth=4.5, solid_capstyle="round")
@@ -117,12 +117,12 @@ def draw_arrow(
 
     Args:
         axes: The axes.
-        start: Where it starts, (3,) [m].
-        along: From its start to its tip, (3,) [m].
-        colour: Of arrow and label.
+        start: Point where the arrow starts, (3,) [m].
+        along: Vector from its start to its tip, (3,) [m].
+        colour: Colour of arrow and label.
         text: The label.
-        beyond: Where the label stands, as a multiple of the arrow.
-        side: Which part of the label stands there: "left", "center" or "right".
+        beyond: Position of the label along the arrow, as a multiple of its length.
+        side: Part of the label at that position: "left", "center" or "right".
     """
     p, d = np.asarray(start, dtype=float), np.asarray(along, dtype=float)
     axes.quiver(*p, *d, color=colour, linewidth=1.8, arrow_length_ratio=0.18)
@@ -136,10 +136,10 @@ def draw_arc(axes: Axes3D, centre: ArrayLike, axis: ArrayLike, radius: float, co
 
     Args:
         axes: The axes.
-        centre: On the axis of rotation, (3,) [m].
+        centre: Centre of the arc on the axis of rotation, (3,) [m].
         axis: The axis, (3,), of any length but zero.
-        radius: Of the arc [m].
-        colour: Of the arc.
+        radius: Radius of the arc [m].
+        colour: Colour of the arc.
     """
     z = np.asarray(axis, dtype=float) / np.linalg.norm(np.asarray(axis, dtype=float))
     x = np.cross(z, [1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0])
@@ -157,7 +157,7 @@ def write_note(axes: Axes3D, text: str, colour: str, line: int = 0) -> None:
     Args:
         axes: The axes.
         text: The text.
-        colour: Of the text.
+        colour: Colour of the text.
         line: Number of the line, counted upwards from 0.
     """
     axes.text2D(

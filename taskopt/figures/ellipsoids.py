@@ -27,7 +27,7 @@ def fig_3_23() -> Figure:
 
 
 def fig_3_24() -> Figure:
-    """Draw the singular values of J of the two-link arm over the place of its tip."""
+    """Draw the singular values of J of the two-link arm over the position of its tip."""
     figure = new_figure(2.8)
     axes = figure.add_subplot()
     x = np.linspace(0.0, 2.0, 401)

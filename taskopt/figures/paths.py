@@ -23,7 +23,7 @@ class Path:
         q: Postures (ticks, n) [rad].
         v: Velocities (ticks, n) [rad/s].
         error: x_d − x of the tip, (ticks, 2 or 3) [m, m, rad].
-        velocity_limit: Of the joints, (n,) [rad/s].
+        velocity_limit: Velocity limits of the joints, (n,) [rad/s].
     """
 
     t: Array
@@ -39,7 +39,7 @@ class Path:
 
 
 def follow(name: str, resolver: str, velocity: float | None = None) -> Path:
-    """Run a scenario of the folder `tasks` and keep what figures show.
+    """Run a scenario of the folder `tasks`, and keep the quantities that figures show.
 
     Args:
         name: Name of its file, without the ending.
@@ -58,7 +58,7 @@ def follow(name: str, resolver: str, velocity: float | None = None) -> Path:
 
 @cache
 def _follow(file: File, resolver: str, velocity: float | None) -> Path:
-    """Run a scenario file; figures that share a run have it run once."""
+    """Run a scenario file; a run that several figures share is computed only once."""
     scenario = load_scenario(file)
     if velocity is not None:
         scenario = _limited(scenario, velocity)

@@ -1,4 +1,4 @@
-"""Figures 3.8–3.10: rates of Euler angles, and why an angular velocity has no integral."""
+"""Figures 3.8–3.10: rates of Euler angles, and angular velocities, whose integral is no orientation."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -72,14 +72,14 @@ def fig_3_10() -> Figure:
 
 
 def _draw_frame(axes: Axes3D, R: Array, colour: str, marks: str, without: str = "") -> None:
-    """Draw the three axes of a frame, or two where one is drawn as the axis of a rate."""
+    """Draw the three axes of a frame, without the one that is drawn as the axis of a rate."""
     for along, name in zip(R.T, "xyz", strict=True):
         if name != without:
             draw_arrow(axes, [0.0, 0.0, 0.0], 0.75 * along, colour, f"{name}{marks}", 1.15)
 
 
 def _draw_block(axes: Axes3D, R: Array) -> None:
-    """Draw a flat block whose faces have colours of their own, turned by R."""
+    """Draw a flat block, turned by R (3, 3), whose faces have different colours."""
     half = np.array([0.5, 0.3, 0.12])
     for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
         for side in (-1.0, 1.0):

@@ -29,7 +29,7 @@ _SHOULDER = np.array([0.6, 0.7, np.pi - 1.4])  # with a₂ = a₃ the wrist poin
 
 
 def fig_3_3() -> Figure:
-    """Draw the two-link arm outstretched: the tip can move across the arm, but not along it."""
+    """Draw the outstretched two-link arm, whose tip can move across the arm but not along it."""
     figure = new_figure(3.0)
     arm = planar_arm([0.5, 0.5])
     for number, (bend, title) in enumerate([(1.2, "regular"), (0.0, "boundary singularity")], start=1):
@@ -99,7 +99,7 @@ def fig_3_6() -> Figure:
 
 
 def fig_3_13() -> Figure:
-    """Draw where the transposed Jacobian is stuck at a shoulder singularity: normal to the arm's plane."""
+    """Draw the direction in which the transposed Jacobian is stuck at a shoulder singularity."""
     figure = new_figure(3.6)
     at = Configuration(anthropomorphic_arm(), _SHOULDER)
     axes = space_axes(figure, (1, 1, 1), 0.8, (22.0, -75.0), (0.1, 0.0, 0.3))
@@ -154,7 +154,7 @@ def _base(axes: Axes3D) -> None:
 
 
 def fig_workspace() -> Figure:
-    """Draw the smallest singular value of a planar and of an anthropomorphic arm all over their reach."""
+    """Draw the smallest singular value of a planar and of an anthropomorphic arm over their workspaces."""
     figure = new_figure(3.4)
     pictures = (
         (planar_arm([0.6, 0.4]), (0, 1), "two links of 0.6 m and 0.4 m", (0, 1), "y [m]"),

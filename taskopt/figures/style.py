@@ -1,4 +1,4 @@
-"""One look for all figures: colours that colour-blind readers tell apart, sizes that fit the README."""
+"""The common style of all figures: colours that colour-blind readers can distinguish, and sizes."""
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -54,7 +54,7 @@ def plane_axes(figure: Figure, rows: int = 1, columns: int = 1, number: int = 1)
         figure: The figure.
         rows: Number of rows of the grid of axes.
         columns: Number of columns of the grid.
-        number: Place of these axes in the grid, counted from 1.
+        number: Number of these axes in the grid, counted from 1.
 
     Returns:
         The axes.

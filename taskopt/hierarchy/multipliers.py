@@ -47,7 +47,7 @@ def find_multipliers(hierarchy: Hierarchy, x: Array, near: float = AT_BOUND) -> 
 
     Returns:
         Multipliers (levels + 1, n + M): one line for each level, that of the norm last; in each line those of
-            the box first, then those of the rows.
+        the box first, then those of the rows.
     """
     n, offsets = hierarchy.n, hierarchy.layout.offsets
     levels = hierarchy.layout.level_count

@@ -162,9 +162,9 @@ def kkt_residuals(qp: QuadraticProgram, solution: Solution) -> tuple[float, floa
         solution: Its solution, with multipliers.
 
     Returns:
-        Stationarity, primal, dual and complementarity residual: each relative to max(1, the largest term of
-            its sum). Complementarity is min(|y|, distance to the bound that has the sign of y). All are inf
-            if a number is not finite.
+        Stationarity, primal, dual and complementarity residual, each relative to max(1, the largest term of
+        its sum). Complementarity is min(|y|, distance to the bound that has the sign of y). All are inf if a
+        number is not finite.
     """
     if not all(np.isfinite(part).all() for part in (solution.x, solution.y, solution.y_box)):
         return np.inf, np.inf, np.inf, np.inf

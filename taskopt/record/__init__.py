@@ -1,9 +1,9 @@
-"""Recording of runs: data first, then what the viewer shows of it.
+"""Recording of runs as data, and drawing of these data in a viewer.
 
 `recorder` passes the steps of a run to listeners, `batch` turns them into columns, `table` and `manifest`
-write them, `reading` reads them back, `summary` and `violation` draw figures from them. None of these knows
-the viewer. `viewer` holds everything that imports Rerun, and `log` is the door to it: `open_log` records a
-run into a folder with table, manifest and Rerun recording.
+write them, `reading` reads them back, and `summary` and `violation` compute figures from them. None of these
+depends on the viewer. Only `viewer` imports Rerun, and only `log` imports `viewer`: `open_log` records a run
+into a folder with table, manifest and Rerun recording.
 """
 
 from taskopt.record.recorder import Recorder as Recorder

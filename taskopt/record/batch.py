@@ -17,13 +17,13 @@ Nanoseconds = NDArray[np.timedelta64]
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Show k consecutive steps as columns; each column is computed when it is first asked for.
+    """k consecutive steps as columns, each of which is computed at the first access.
 
-    Rows of the hierarchy are counted as in its multipliers: first the n unknowns, whose bounds form the
-    box, then the M rows. The state of a row is −1 at its lower bound, +1 at its upper bound and 0 between
-    them. The code of a row tells its name as well: it is the state times (1 + index of the limit in
-    `layout.owners`) for an unknown, because several limits bound an unknown, the state times the label for a
-    row that has one, and the state for any other row.
+    Rows of the hierarchy are counted as in its multipliers: first the n unknowns, whose bounds form the box,
+    then the M rows. The state of a row is −1 at its lower bound, +1 at its upper bound and 0 between them.
+    The code of a row is a number that encodes its state and its name. For an unknown, which several limits
+    may bound, it is the state times (1 + index of the limit in `layout.owners`); for a row with a label, the
+    state times the label; for any other row, the state.
 
     Attributes:
         steps: The steps, (k,), in the order of time, all of the same resolver.
@@ -83,7 +83,7 @@ class Batch:
 
     @cached_property
     def closed_form_distance(self) -> Array:
-        """‖v − v of the closed-form answer of the same hierarchy‖∞, (k,) [rad/s, m/s]."""
+        """The largest differences of v from the closed-form answer, (k,) [rad/s, m/s]."""
         answers = np.array([step.closed_form for step in self.steps])
         return np.abs(self.v - answers).max(axis=1)
 
@@ -104,7 +104,7 @@ class Batch:
 
     @cached_property
     def accurate(self) -> Mask:
-        """True where the answer agrees with its active set solved again to the accuracy asked for, (k,)."""
+        """True where the answer, compared with solving again on its active set, is accurate, (k,)."""
         return np.array([step.resolution.accurate for step in self.steps])
 
     @cached_property
@@ -158,7 +158,7 @@ class Batch:
         return np.array([step.actual[task] for step in self.steps])
 
     def in_force(self, task: str) -> Mask:
-        """Tell where a task asks for anything; the rows of a timed task have no bounds outside its time.
+        """Find the ticks at which a task is in force; outside its time the rows of a task have no bounds.
 
         Args:
             task: The name of the task.
@@ -215,7 +215,7 @@ class Batch:
         return np.array([step.distances[limit].witness for step in self.steps])
 
     def held_off(self, limit: str) -> Mask:
-        """Tell which pairs of a limit are held off by an active row.
+        """Find the pairs of a limit that an active row keeps apart.
 
         Args:
             limit: The name of the limit, one of `distance_limits`.
@@ -257,7 +257,7 @@ class Batch:
 
     @cached_property
     def inequality(self) -> Mask:
-        """True for bounds, hard rows and inequality rows of tasks, (k, n + M); an equality never "binds"."""
+        """True for bounds, hard rows and inequality rows of tasks, (k, n + M), and False for equalities."""
         rows: Mask = self.lower < self.upper
         rows[:, self.layout.rows_of_level(0)] = True
         return np.hstack([np.ones((len(rows), self.layout.n), dtype=bool), rows])
@@ -270,7 +270,7 @@ class Batch:
 
     @cached_property
     def multiplier(self) -> Array:
-        """The multiplier of each row at the first level that the row holds back, (k, n + M).
+        """The multiplier of each row at the first level where it is not zero, (k, n + M).
 
         It is positive at an upper bound, negative at a lower bound and zero for equality rows.
         """
@@ -361,7 +361,8 @@ class Batch:
             dt: The time step of the run [s].
 
         Returns:
-            Positions in the batch, each from 0 to k − 1; the same ticks however a run is cut into batches.
+            Indices in the batch, each from 0 to k − 1. The ticks do not depend on how a run is cut into
+            batches.
         """
         return np.flatnonzero(self.index % max(1, round(period / dt)) == 0)
 
@@ -372,7 +373,7 @@ class Batch:
 
     @cached_property
     def _declared(self) -> IntArray:
-        """The positions of the stack's rows in an answer: a resolver may solve a problem with more rows."""
+        """The indices of the stack's rows in an answer; a resolver may solve a problem with more rows."""
         answered = self.steps[0].resolution.problem.layout
         if answered is self.layout:
             return np.arange(self.layout.width)
@@ -380,7 +381,7 @@ class Batch:
         return np.array([positions[name] for name in self.row_names])
 
     def _task_block(self, task: str) -> Block:
-        """Find the rows of a task by its name; a limit may have the same name, but stands at level 0."""
+        """Find the rows of a task by its name; a limit of the same name is at level 0."""
         return next(block for block in self.layout.blocks if block.level and block.name == task)
 
     def _with_owner(self, side: StateArray) -> IntArray:

@@ -1,7 +1,7 @@
 """The log of a run: a folder with a Rerun recording, a table and a manifest.
 
-This module is the door to the viewer: it is the only one of `record` that imports `record.viewer`, and with
-it Rerun. Whoever only needs data imports the other modules and does not wait for Rerun.
+This is the only module of `record` that imports `record.viewer`, and with it Rerun. A program that only needs
+data imports the other modules and does not wait for Rerun.
 """
 
 from datetime import datetime
@@ -61,7 +61,7 @@ def open_log(info: RunInfo, root: str | Path = LOGS, live: str | None = None) ->
 
 
 def new_folder(parent: Path) -> Path:
-    """Make a folder named by the time that no other log has, with an empty manifest in it.
+    """Make a folder that is named by the present time, with an empty manifest in it.
 
     Args:
         parent: The folder to make it in; it is made if it does not exist.

@@ -1,4 +1,4 @@
-"""The manifest of a log: one JSON file with everything needed to judge or repeat the run."""
+"""The manifest of a log, a JSON file with everything that is needed to judge or repeat the run."""
 
 import hashlib
 import json
@@ -27,7 +27,7 @@ class ManifestSink:
     """Write the manifest when a run begins, and again with status and tick counts when it ends."""
 
     def __init__(self, path: Path) -> None:
-        """Prepare a manifest; `open` writes it first.
+        """Prepare a manifest, which `open` writes.
 
         Args:
             path: The file to write.
@@ -101,7 +101,7 @@ def manifest(info: RunInfo) -> dict[str, Json]:
 
 
 def versions() -> dict[str, str]:
-    """Look up the versions of the packages that take part in a run.
+    """Find the versions of the packages that a run uses.
 
     Returns:
         The version of each package of `PACKAGES` that is installed, by name.
@@ -134,7 +134,7 @@ def machine() -> dict[str, Json]:
 
 
 def _cpu() -> str:
-    """Return the name of the processor, from Linux if it tells, else from Python."""
+    """Return the name of the processor, from Linux if it states it, else from Python."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -144,7 +144,7 @@ def _cpu() -> str:
 
 
 def _source(source: Path | None) -> dict[str, Json]:
-    """Return file name, hash and text of a scenario; the text is kept to be read, never to be run."""
+    """Return file name, hash and text of a scenario; the text is kept for readers and never executed."""
     if source is None or not source.is_file():
         return {}
     text = source.read_bytes()

@@ -1,4 +1,4 @@
-"""Reading of logs: data only, nothing in a log is ever executed."""
+"""Reading of logs as data; nothing in a log is ever executed."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ _MESSAGE = b"\xff\xff\xff\xff"  # the first bytes of each message of an Arrow st
 
 
 def read_table(path: str | Path) -> pa.Table:
-    """Read the steps of a run, also of one that was killed: every whole batch of the file is returned.
+    """Read the steps of a run; if the run was killed, all complete batches of the file are returned.
 
     Args:
         path: A log folder, or the table in it.
@@ -53,7 +53,7 @@ def read_table(path: str | Path) -> pa.Table:
 
 
 def _is_cut_off(source: pa.NativeFile, start: int) -> bool:
-    """Return True if the message at byte `start` is intact as far as it goes, and the file ends within it."""
+    """Return True if the file ends within the message at byte `start`, which is intact up to there."""
     reached = source.tell()
     mark = source.read_at(4, start)
     return reached >= source.size() and mark == _MESSAGE[: len(mark)]
@@ -100,10 +100,10 @@ def newest_log(folder: str | Path = LOGS) -> Path:
 
 
 def find_recording(path: str | Path = LOGS) -> Path:
-    """Find the Rerun recording that a path stands for.
+    """Find the Rerun recording at a path.
 
     Args:
-        path: A recording, the folder of a log, or a folder of logs, which stands for its newest log.
+        path: A recording, the folder of a log, or a folder of logs, of which the newest is taken.
 
     Returns:
         The recording.

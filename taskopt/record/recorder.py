@@ -1,4 +1,4 @@
-"""Recorders listen to a run; the buffered recorder hands its steps to sinks in batches."""
+"""Recorders, which receive the steps of a run, and sinks, which receive them in batches."""
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack
@@ -17,7 +17,7 @@ _CAPACITY = 4000  # largest number of steps that are kept in memory
 
 
 class Recorder(Protocol):
-    """A listener of a run: a context manager that is shown every step and closed even if the run fails."""
+    """A listener of a run: a context manager that gets every step, and is closed even if the run fails."""
 
     def __enter__(self) -> Self:
         """Open everything that the recorder writes to.
@@ -30,7 +30,7 @@ class Recorder(Protocol):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Write what is left and close everything.
+        """Write the remaining data and close everything.
 
         Args:
             kind: The type of the exception that ended the run; None if the run finished.
@@ -77,14 +77,14 @@ class Sink(Protocol):
 
 
 def record(steps: Iterable[Step], *recorders: Recorder) -> Generator[Step, None, None]:
-    """Pass the steps of a run through and show each one to every recorder.
+    """Yield the steps of a run again, and pass each to every recorder.
 
     The recorders are opened before the first step. They are closed after the last one, if the run raises
     an exception, and if the consumer stops early.
 
     Args:
         steps: The steps of one resolver, or of several that take turns.
-        recorders: The listeners, in the order in which they are shown a step.
+        recorders: The listeners, in the order in which they receive a step.
 
     Returns:
         A generator of the same steps.
@@ -98,7 +98,7 @@ def record(steps: Iterable[Step], *recorders: Recorder) -> Generator[Step, None,
 
 
 class BufferedRecorder:
-    """Collect steps for at most 0.7 s of wall-clock time, then hand them to the sinks in one batch.
+    """Collect steps for at most 0.7 s of wall-clock time, then pass them to the sinks in one batch.
 
     Writing a step only appends it to a list; all other work is done on whole batches, in array code. A
     watchdog thread flushes the waiting steps while a single tick takes long, so that a kill loses less
@@ -122,7 +122,7 @@ class BufferedRecorder:
         self._failure: Exception | None = None
 
     def __enter__(self) -> Self:
-        """Open all sinks, or none: if one cannot open, those before it are closed.
+        """Open all sinks; if one of them cannot open, those before it are closed.
 
         Returns:
             The recorder itself.
@@ -154,14 +154,14 @@ class BufferedRecorder:
                 self._flush()
 
     def flush(self) -> None:
-        """Hand all waiting steps to the sinks now."""
+        """Pass all waiting steps to the sinks now."""
         with self._lock:
             self._flush()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Flush the rest and close all sinks, even if one of them fails.
+        """Flush the remaining steps and close all sinks, even if one of them fails.
 
         Args:
             kind: The type of the exception that ended the run; None if the run finished.
@@ -177,7 +177,7 @@ class BufferedRecorder:
             self._flush()
 
     def _flush(self) -> None:
-        """Hand over the waiting steps; the caller holds the lock, or is the only thread left."""
+        """Pass the waiting steps to the sinks; the caller holds the lock, or is the only remaining thread."""
         waiting, self._waiting, self._count = self._waiting, {}, 0
         for steps in waiting.values():
             batch = Batch(tuple(steps))

@@ -10,7 +10,7 @@ from taskopt.loop.scenario import Scenario
 
 @dataclass(frozen=True, eq=False)
 class RunInfo:
-    """Describe a run to everything that records, summarises or draws it.
+    """The description of a run for everything that records, summarises or draws it.
 
     Attributes:
         scenario: The robot, the stack of tasks, the start posture, the duration and the time step.
@@ -28,7 +28,7 @@ class RunInfo:
     def plan(self) -> Plan:
         """The stack compiled for the robot and filled at the start posture, shared by all readers.
 
-        It tells the names, frames and units of all rows. Readers must not fill it again.
+        It has the names, frames and units of all rows. Readers must not fill it again.
         """
         plan = self.new_plan()
         plan.at(self.scenario.start, 0.0)

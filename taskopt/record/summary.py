@@ -1,4 +1,4 @@
-"""The figures of one resolver's run: the only summary, read by the comparison, the report and the viewer."""
+"""The figures of one resolver's run, which the comparison, the report and the viewer show."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -19,17 +19,17 @@ _TOLD = {Status.RELAXED: "relaxed", Status.BRAKED: "braked", Status.FORMULA: "st
 
 
 class Continuity:
-    """Watch how smoothly one resolver moves the robot: jumps, alternating limits, conflicts, stuck ticks.
+    """Record how smoothly a resolver moves the robot: jumps, alternating limits, conflicts, stuck ticks.
 
-    A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps are kept apart by the transitions of
-    tasks that are under way, because a task that comes or goes is expected to change the velocities.
+    A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps during transitions of tasks are recorded
+    separately, because a task that comes or goes is expected to change the velocities.
     """
 
     def __init__(self, plan: Plan) -> None:
         """Begin a run.
 
         Args:
-            plan: The compiled stack, which knows the time step and the transitions of its tasks.
+            plan: The compiled stack, which has the time step and the transitions of its tasks.
         """
         self._dt, self._transitions = plan.dt, transitions(plan.tasks)
         self._jumps: dict[tuple[Transition, ...], float] = {}
@@ -39,10 +39,10 @@ class Continuity:
         self._first_notes = ""
 
     def add(self, step: Step) -> None:
-        """Take the next step into account.
+        """Add the next step.
 
         Args:
-            step: The step that follows the one of the last call.
+            step: The step after that of the last call.
         """
         self._alternation.add(step.resolution)
         if self._previous is not None:
@@ -65,10 +65,10 @@ class Continuity:
         return max(self._jumps.values(), default=0.0)
 
     def sentences(self) -> list[str]:
-        """Report conflicts and stuck ticks, the jumps during transitions and the alternating limits.
+        """Describe conflicts, stuck ticks, jumps during transitions and alternating limits.
 
         Returns:
-            One sentence for each of them; none for a run without any.
+            One sentence for each of them; empty for a run without any.
         """
         elsewhere = f"{self._jumps.get((), 0.0):.2g} elsewhere"
         during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
@@ -88,14 +88,14 @@ class Continuity:
 
 @dataclass
 class Summary:
-    """Accumulate the figures of one resolver, batch by batch.
+    """The figures of one resolver, accumulated batch by batch.
 
-    Violations are measured against the limits that the stack declares: position limits after each step,
+    Violations are those of the limits that the stack declares: of position limits after each step, and of
     velocity limits that do not change with time.
 
     Attributes:
         resolver: The name of the resolver.
-        gauge: The limits of the run.
+        gauge: Measures positions and velocities against the limits of the run.
         tracking: The tracking error of each tick, see `tracking_error`, (ticks,) [m].
         position_violation: The largest violation of a position limit [rad, m].
         velocity_violation: The largest violation of a velocity limit [rad/s, m/s].
@@ -107,13 +107,13 @@ class Summary:
         claimed: The number of ticks at which the resolver claims an optimum.
         certified: The number of ticks at which the certificate proves an optimum.
         fallbacks: The number of ticks that a fallback of the resolver answered.
-        judged: The number of ticks whose active set could be solved again.
-        accurate: The number of those ticks at which the answer has the accuracy that was asked for.
-        error: The largest error in x against the active set solved again, relative to x.
-        causes: The number of ticks at which each kind of cause keeps the answer from its closed form.
+        judged: The number of ticks whose active set was solved again, to find the error of x.
+        accurate: The number of judged ticks at which the answer has the requested accuracy.
+        error: The largest relative error of x at the judged ticks.
+        causes: The number of ticks at which each kind of cause makes the answer differ from its closed form.
         seconds: The solve time of each tick, (ticks,) [s].
         active: The number of ticks at which each bound or inequality is active, by name.
-        ticks_active: The number of ticks at which any of them is active.
+        ticks_active: The number of ticks at which at least one bound or inequality is active.
         continuity: The jumps, alternating limits and conflicts.
         stopped: The message of the error that ended the run early; empty if there was none.
     """
@@ -149,7 +149,7 @@ class Summary:
         return len(self.seconds)
 
     def add(self, batch: Batch) -> None:
-        """Take a batch into account.
+        """Add a batch.
 
         Args:
             batch: The steps that follow those of the last call, of the same resolver.
@@ -176,7 +176,7 @@ class Summary:
         self._add_active(batch)
 
     def compare_path(self, step: Step, baseline: Step) -> None:
-        """Measure how far the path is from that of another resolver.
+        """Compare the path with that of another resolver.
 
         Args:
             step: A step of this resolver.
@@ -196,7 +196,7 @@ class Summary:
             self.active[batch.active_name(row, value)] += count
 
     def _add_review(self, step: Step) -> None:
-        """Count accuracy and causes, where a resolver reviews its answer."""
+        """Count accuracy and causes, if a resolver reviews its answers."""
         review = step.resolution.review
         if review is None:
             return

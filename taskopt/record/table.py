@@ -1,7 +1,7 @@
 """The table of a run: an Arrow IPC stream with one row for each tick and resolver.
 
-It is a stream, because every whole batch of a stream can be read back after a kill; a Parquet file without
-its footer cannot be opened at all.
+A stream is used because all complete batches of it can be read back after a kill, while a Parquet file
+without its footer cannot be opened at all.
 """
 
 from pathlib import Path
@@ -20,24 +20,24 @@ FILE = "steps.arrows"
 class TableSink:
     """Write batches to an Arrow IPC stream, unbuffered.
 
-    Columns, one value a row unless a list is named:
+    Columns, with one value in each row unless they are called lists:
 
     - tick; t [s]; resolver; status (`Status`); claimed, certified (an optimum); nothing_binds: True if the
       closed-form answer keeps every bound and inequality.
     - q, q_next: lists (nq,) [rad, m]; v: list (nv,) [rad/s, m/s].
-    - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of what the rows of the task lack.
+    - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of the residuals of the task's rows.
     - position_violation [rad, m], velocity_violation [rad/s, m/s]: largest excess over a limit.
     - active: list of names of active bounds and inequalities; multiplier: list, one number for each of them.
     - certificate: largest KKT residual; iterations; seconds, build_seconds [s]: time of the resolver, and of
       kinematics and rows.
     - closed_form_distance [rad/s, m/s]: ‖v − v of the closed-form answer‖∞; causes: list of the reasons for
-      it; accurate: True if the active set solved again gives the same answer.
+      it; accurate: True if solving again on the active set gives the same answer.
     - ranks, damping: lists, the rank and the damping k² of each level, hard rows first.
     - distance/<limit> [m]: least distance of a distance limit; nearest/<limit>: the pair that has it.
     """
 
     def __init__(self, path: Path) -> None:
-        """Prepare a table; `open` makes the file.
+        """Prepare a table, whose file `open` makes.
 
         Args:
             path: The file to write.
@@ -76,7 +76,7 @@ class TableSink:
         """Write the end mark and close the file.
 
         Args:
-            status: Unused; the manifest has it.
+            status: Not used; the manifest states it.
         """
         if self._writer is not None:
             self._writer.close()

@@ -14,7 +14,7 @@ from taskopt.record.run_info import RunInfo
 
 @dataclass(frozen=True, eq=False)
 class LimitGauge:
-    """Measure how near a run comes to its limits, and how far it leaves them.
+    """Measure positions and velocities of a run relative to its limits.
 
     Attributes:
         info: The facts about the run: the robot has the position limits, the stack the velocity limits.
@@ -79,7 +79,7 @@ class LimitGauge:
         return (2.0 * v[:, self.bounded] - lower - upper) / (upper - lower)
 
     def position_violation(self, batch: Batch) -> Array:
-        """Measure by how much positions are outside the robot's limits after each step.
+        """Measure the excess of positions over the robot's limits after each step.
 
         Args:
             batch: k steps of one resolver.
@@ -94,7 +94,7 @@ class LimitGauge:
         return excess.max(axis=1, initial=0.0)
 
     def velocity_violation(self, batch: Batch) -> Array:
-        """Measure by how much velocities are outside the constant bounds of the stack.
+        """Measure the excess of velocities over the constant bounds of the stack.
 
         Args:
             batch: k steps of one resolver.

@@ -31,12 +31,12 @@ def check_limit(
 ) -> None:
     """Check that a limit fulfils the contract of `taskopt.kinematics.limit.base`.
 
-    - Its names, units and sizes agree, and its bounds are no NaN. It leaves the configuration as it was. - It
-    only narrows bounds, and writes its owner for the bounds that it narrows and no others. - Braking as hard
-    as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0. - The plan, which
-    calls kernels in one compiled call, gives the same rows and bounds as the methods. - Starting inside the
-    limit, some steps are taken with the largest velocity that it allows towards a random corner of the box.
-    After each step braking is still allowed, and `outside` is not positive.
+    - Its names, units and sizes agree, and its bounds are no NaN. It leaves the configuration as it was.
+    - It only narrows bounds, and writes its owner for the bounds that it narrows and no others.
+    - Braking as hard as allowed is inside its bounds and rows; without a limit on acceleration that is v = 0.
+    - The plan, which calls kernels in one compiled call, gives the same rows and bounds as the methods.
+    - Starting inside the limit, some steps are taken with the largest velocity that it allows towards a
+      random corner of the box. After each step braking is still allowed, and `outside` is not positive.
 
     Args:
         limit: The limit.
@@ -154,7 +154,7 @@ def _check_owners(bound: BoundLimit, configuration: Configuration, name: str, ti
 
 
 def _extreme(plan: Plan, q: Array, signs: Array) -> Array:
-    """Return the velocity farthest from that of braking, towards a corner of the box, that is allowed."""
+    """Return the farthest allowed velocity on the line from that of braking to a corner of the box."""
     hierarchy, brakes = plan.at(q, 0.0), plan.brakes()
     corner = np.where(signs > 0.0, hierarchy.box_upper, hierarchy.box_lower)
     corner = np.clip(corner, -_LONGEST / plan.dt, _LONGEST / plan.dt)

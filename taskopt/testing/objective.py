@@ -16,10 +16,10 @@ def check_objective(
 ) -> None:
     """Check that an objective fulfils the contract of `taskopt.Objective`.
 
-    - `value` is one finite number, `gradient` (nv,) finite numbers, and `unit` a string. - The gradient is
-    that of the value, by central differences on the manifold. - Both depend on q only: a second call gives
-    the same result, the configuration is left as it was, and a returned gradient does not change with the
-    next call.
+    - `value` is one finite number, `gradient` (nv,) finite numbers, and `unit` a string.
+    - The gradient is that of the value, by central differences on the manifold.
+    - Both depend on q only: a second call gives the same result, the configuration is left as it was, and a
+      returned gradient does not change with the next call.
 
     Args:
         objective: The objective.

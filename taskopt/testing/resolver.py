@@ -13,11 +13,13 @@ from taskopt.testing.sampling import require
 def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 20, seed: int = 0) -> None:
     """Check that a resolver fulfils the contract of `taskopt.resolver.base.Resolver`.
 
-    - It has all parts of the protocol, and returns a `Resolution` and a `Memory`. - If no inequality is
-    active, its answer is its own closed-form answer. - If it claims an optimum, our certificate proves the
-    answer, and the hard limits hold. - If it is strict, a lower level never makes a higher one worse. - It
-    does not change the hierarchy, and its answer does not change when the hierarchy changes afterwards. - The
-    memory that it returns fits the problem that is answered, is accepted again, and leads to the same answer.
+    - It has all parts of the protocol, and returns a `Resolution` and a `Memory`.
+    - If no inequality is active, its answer is its own closed-form answer.
+    - If it claims an optimum, our certificate proves the answer, and the hard limits hold.
+    - If it is strict, a lower level never makes a higher one worse.
+    - It does not change the hierarchy, and its answer does not change when the hierarchy changes afterwards.
+    - The memory that it returns fits the problem that is answered, is accepted again, and leads to the same
+      answer.
     - If hard limits contradict each other, it claims no optimum.
 
     A resolver whose status is FORMULA does not consider limits, and is checked on hierarchies without

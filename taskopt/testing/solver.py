@@ -16,13 +16,14 @@ def check_solver(
 ) -> None:
     """Check that a solver fulfils the contract of `taskopt.solver.base.Solve`.
 
-    - It returns a `Solution` with a `Status`, and with arrays of the right shapes. - Programs with
-    equalities, one- and two-sided rows, rows without bounds and an open box are solved: it claims SOLVED, and
-    the KKT residuals that we compute from x and its multipliers are small. - Programs without rows, without a
-    box, or without both are solved, too. - A multiplier is positive at an upper bound and negative at a lower
-    one. - It never claims SOLVED for a program whose rows contradict each other. - The order of arrays in
-    memory does not matter, and the arrays of the program are not changed. - The same program gives the same
-    answer again, so that nothing is kept from one call to the next.
+    - It returns a `Solution` with a `Status`, and with arrays of the right shapes.
+    - Programs with equalities, one- and two-sided rows, rows without bounds and an open box are solved: it
+      claims SOLVED, and the KKT residuals that we compute from x and its multipliers are small.
+    - Programs without rows, without a box, or without both are solved, too.
+    - A multiplier is positive at an upper bound and negative at a lower one.
+    - It never claims SOLVED for a program whose rows contradict each other.
+    - The order of arrays in memory does not matter, and the arrays of the program are not changed.
+    - The same program gives the same answer again, so that nothing is kept from one call to the next.
 
     Args:
         solve: The solver.

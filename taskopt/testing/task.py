@@ -20,14 +20,16 @@ TIME = 0.3  # [s] at which tasks are tried
 def check_task(task: Task, robot: Robot, *, count: int = 16, seed: int = 0, tolerance: float = 1e-6) -> None:
     """Check that a task fulfils the contract of `taskopt.kinematics.task.base`.
 
-    - Its names, units and sizes agree, and its numbers are finite. It leaves the configuration as it was. -
-    Its rows are the derivative of its error: ė = (b − K e) − A v along random velocities v, with ė from
-    central differences on the manifold while the target moves. A row of an inequality is checked where it is
-    not met. Rows with gain 0 are not checked, since they ask for a velocity and have no error that dies out.
-    - A row that is declared as a unit vector is one, and rows that are declared as constant do not change. -
-    `fill` gives the same rows again at the same configuration, and rows and error change only with the next
-    `fill`. - The plan, which calls kernels in one compiled call, fills the same rows as the method `fill`. -
-    If gain and weight of the declaration are doubled and tripled, so are those of the rows.
+    - Its names, units and sizes agree, and its numbers are finite. It leaves the configuration as it was.
+    - Its rows are the derivative of its error: ė = (b − K e) − A v along random velocities v, with ė from
+      central differences on the manifold while the target moves. A row of an inequality is checked where it
+      is not met. Rows with gain 0 are not checked, since they ask for a velocity and have no error that dies
+      out.
+    - A row that is declared as a unit vector is one, and rows that are declared as constant do not change.
+    - `fill` gives the same rows again at the same configuration, and rows and error change only with the next
+      `fill`.
+    - The plan, which calls kernels in one compiled call, fills the same rows as the method `fill`.
+    - If the gain of the declaration is doubled and its weight tripled, so are those of the rows.
 
     Args:
         task: The task.

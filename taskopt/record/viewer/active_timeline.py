@@ -20,10 +20,10 @@ _PAIR_LABELS = {"lower": "held off", "over lower": "too fast"}  # of the hard ro
 
 
 class ActiveTimeline:
-    """Draw a row for each limit or inequality that is ever active, and log what happens."""
+    """Draw a row for each limit or inequality that is ever active, and log its changes as events."""
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
-        """Begin a run, of whose hierarchy n + M bounds and rows are watched.
+        """Begin a run, whose hierarchy has n + M bounds and rows.
 
         Args:
             info: The facts about the run.
@@ -36,7 +36,7 @@ class ActiveTimeline:
         self._watcher = Watcher(info, gauge)
 
     def draw(self, writer: RecordingWriter) -> None:
-        """Send nothing: a row is opened when its limit is first active.
+        """Send nothing, since a row is opened when its limit is first active.
 
         Args:
             writer: The recording.
@@ -105,7 +105,7 @@ class ActiveTimeline:
         writer.send_columns(path, batch.index[changed], batch.time[changed], states)
 
     def _path(self, batch: Batch, row: int) -> str:
-        """Return the entity path of a row, which is its title in the viewer as well, so without escapes."""
+        """Return the entity path of a row, without escapes, since it is also the title in the viewer."""
         parts = (batch.row_names[row],) if row < batch.layout.n else batch.row_names[row].split("/", 1)
         return data_path(batch.resolver, "active", *map(plain_part, parts))
 

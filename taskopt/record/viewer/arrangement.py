@@ -1,4 +1,4 @@
-"""The arrangement of the scene: the places of the robots, side by side, and of the camera."""
+"""The arrangement of the scene: positions of the robots, side by side, and of the camera."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,14 +27,14 @@ class Camera(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Arrangement:
-    """Place the robots of several resolvers side by side so that none hides another.
+    """The arrangement of the robots of several resolvers side by side, so that none hides another.
 
     Attributes:
         lower: The lower corner of the box around one robot, its desired paths and its obstacles, (3,) [m].
         upper: The upper corner, (3,) [m].
         flat: True for a robot that moves in the x-y plane, which is seen from above.
         columns: The number of robots in a row of the arrangement.
-        crowded: True if there are obstacles: the camera is then higher and nearer, so that they hide less.
+        crowded: True if there are obstacles; the camera is then higher and nearer, so that they hide less.
     """
 
     lower: Array
@@ -49,7 +49,7 @@ class Arrangement:
         return float((self.upper - self.lower).max())
 
     def offset(self, index: int) -> Array:
-        """Return the place of a robot.
+        """Return the position of a robot in the scene.
 
         Args:
             index: The position of its resolver in the list of the run.
@@ -71,7 +71,8 @@ class Arrangement:
             count: The number of robots.
 
         Returns:
-            The camera: from above for flat robots, else from the front, to the side of a single one.
+            The camera. It is above flat robots and in front of all others, somewhat to the side of a single
+            robot.
         """
         offsets = np.array([self.offset(i) for i in range(count)])
         lower, upper = (self.lower + offsets).min(axis=0), (self.upper + offsets).max(axis=0)
@@ -86,9 +87,9 @@ class Arrangement:
 
 
 def arrange(robot: Sequence[Array], count: int, obstacles: Sequence[Array] = ()) -> Arrangement:
-    """Make room for the robots of a run.
+    """Arrange the robots of a run.
 
-    A flat robot stays flat among solid obstacles, because those are seen from above, too.
+    A flat robot counts as flat even among solid obstacles, because those are seen from above, too.
 
     Args:
         robot: Sets of points, each (k, 3) [m], that one robot and its desired paths reach.

@@ -1,4 +1,4 @@
-"""The layout that a recording opens with: scene and summary on the left, plots over time on the right."""
+"""The layout of a recording: scene and summary on the left, plots over time on the right."""
 
 from collections.abc import Iterator, Sequence
 
@@ -29,7 +29,7 @@ _STRICT = ("hqp/", "active-set")  # beginnings of the names of strict resolvers 
 
 
 def blueprint(info: RunInfo, arrangement: Arrangement, gauge: LimitGauge) -> rrb.Blueprint:
-    """Lay out a recording completely, so that nothing is left for the viewer to guess.
+    """Lay out a recording completely, so that the viewer adds nothing of its own.
 
     Args:
         info: The facts about the run, of one resolver or several.
@@ -119,7 +119,7 @@ def _plot(name: str, paths: Sequence[str], axis: rrb.ScalarAxis | None = None) -
 
 
 def _distances(info: RunInfo) -> list[View]:
-    """Plot the pairs of each distance limit, or only the least distance where there are several resolvers."""
+    """Plot the pairs of each distance limit, or only the least distance if there are several resolvers."""
     plots = []
     for limit, bound in info.plan.distance_limits.items():
         paths = [least_distance_path(name, limit) for name in info.resolvers]
@@ -153,7 +153,7 @@ def _active_timelines(info: RunInfo) -> View:
 
 
 def _front_tab(info: RunInfo) -> int:
-    """Choose the tab in front: the first strict resolver that knows limits, whose figures say most."""
+    """Choose the tab in front, which is that of the first strict resolver that considers limits."""
     strict = [i for i, name in enumerate(info.resolvers) if name.startswith(_STRICT)]
     return strict[0] if strict else 0
 

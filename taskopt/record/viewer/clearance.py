@@ -31,8 +31,8 @@ _LEAST_WIDTH = 3.0  # of the line of the least distance [points]
 class Clearance:
     """Draw the nearest points at 25 Hz, and a plot at 100 Hz for each distance limit.
 
-    A pair of bodies has a line in the plot from the tick on at which it is first one of the nearest and
-    within the influence of its limit, because of fifty pairs perhaps five ever matter.
+    A pair of bodies gets a line in the plot once it is one of the nearest pairs and within the influence of
+    its limit, because only a few of all pairs ever come that near.
     """
 
     def __init__(self, info: RunInfo) -> None:
@@ -132,7 +132,7 @@ class Clearance:
         writer.send_columns(f"{path}/least", index, time, label.partition(np.minimum(count, 1)))
 
     def _paint(self, batch: Batch, limit: str, ticks: IntArray) -> Colours:
-        """Return the colours of the pairs, (k, P): violated, held off by an active row, or merely near."""
+        """Return the colours of the pairs, (k, P): violated, kept apart by an active row, or only near."""
         active = batch.held_off(limit)[ticks]
         below = batch.distance(limit)[ticks] < self._limits[limit].margin - SHOWN_VIOLATION
         return np.where(below, VIOLATED, np.where(active, UPPER, NEAR)).astype(np.uint32)

@@ -1,4 +1,4 @@
-"""Text that the viewer can draw: Rerun 0.41 ends at a character that its font lacks."""
+"""Text that the viewer can draw, since Rerun 0.41 cuts a text at a character that its font lacks."""
 
 import unicodedata
 from string import printable
@@ -15,7 +15,7 @@ def drawable(text: str) -> str:
         text: Any text.
 
     Returns:
-        The text with such characters in plainer letters, or as "?" where there are none.
+        The text, in which plainer letters or "?" replace such characters.
     """
     return "".join(character if _is_drawable(character) else _plainer(character) for character in text)
 
@@ -32,7 +32,7 @@ def _is_drawable(character: str) -> bool:
 
 
 def _plainer(character: str) -> str:
-    """Return the nearest drawable text: ᵀ becomes T, an accent of its own vanishes."""
+    """Return the nearest drawable text; ᵀ becomes T, and a combining accent is removed."""
     if character in _REPLACEMENTS:
         return _REPLACEMENTS[character]
     if unicodedata.combining(character):

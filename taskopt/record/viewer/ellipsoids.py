@@ -1,7 +1,7 @@
-"""The manipulability ellipsoids of a frame in the scene: of velocity, solid, and of force, as a wire frame.
+"""The manipulability ellipsoids of a frame: that of velocity as a solid, that of force as a wire frame.
 
-Both are of the linear rows of the Jacobian, drawn at 25 Hz. Whoever selects one in the viewer reads its
-semi-axes, their directions and the manipulability at the tick.
+Both are those of the linear rows of the Jacobian, drawn at 25 Hz. If one is selected in the viewer, its
+semi-axes, their directions and the manipulability at the tick are shown.
 """
 
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ class Ellipsoids:
 
         Args:
             writer: The recording.
-            path: The entity path that both stand below.
+            path: The entity path of their parent.
         """
         velocity = rr.Ellipsoids3D.from_fields(colors=colours(ELLIPSOID), fill_mode="solid")
         writer.log_static(f"{path}/velocity", velocity)
@@ -57,7 +57,7 @@ class Ellipsoids:
 
         Args:
             writer: The recording.
-            path: The entity path that both stand below.
+            path: The entity path of their parent.
             batch: Consecutive steps of one resolver.
             ticks: The positions of the ticks in the batch.
         """
@@ -114,7 +114,7 @@ def _values(name: str, shapes: Sequence[Ellipsoid]) -> list[rr.ComponentColumn]:
 
 
 def quaternion(axes: Array) -> Array:
-    """Turn the axes of an ellipsoid into a quaternion.
+    """Convert the axes of an ellipsoid to a quaternion.
 
     Args:
         axes: Orthonormal columns, (3, 3), right-handed or left-handed; a mirrored axis is made right-handed,

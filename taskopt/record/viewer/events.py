@@ -1,4 +1,4 @@
-"""The log of events: the moments of a run that are worth reading about."""
+"""The log of events, which lists the moments at which a run leaves its limits or its proof."""
 
 from typing import NamedTuple
 
@@ -24,11 +24,11 @@ _CAUSES = {  # limits are left out, since the active-set timeline shows them
 
 
 class Event(NamedTuple):
-    """Something that happened.
+    """An event of a run.
 
     Attributes:
         position: The position of the tick in its batch.
-        level: How much it matters, in Rerun's words: "ERROR", "WARN", "INFO" or "DEBUG".
+        level: Its severity in Rerun's terms: "ERROR", "WARN", "INFO" or "DEBUG".
         text: One sentence without the name of the resolver.
     """
 
@@ -51,7 +51,7 @@ class Watcher:
         self._last: dict[tuple[str, str], bool] = {}  # by resolver and text, at the last tick
 
     def events(self, batch: Batch) -> list[Event]:
-        """Find the beginnings and ends of all conditions that are watched.
+        """Find the beginnings and ends of all watched conditions.
 
         Args:
             batch: The steps that follow those of the last call for the same resolver.
@@ -69,7 +69,7 @@ class Watcher:
         return events
 
     def _conditions(self, batch: Batch) -> dict[str, tuple[str, Mask]]:
-        """Return level and mask (k,) of each condition, by its text."""
+        """Map the text of each condition to its severity and its mask (k,)."""
         conditions: dict[str, tuple[str, Mask]] = {}
         for name, limit in self._info.plan.distance_limits.items():
             too_near = batch.distance(name).min(axis=1) < limit.margin - SHOWN_VIOLATION
@@ -88,7 +88,7 @@ class Watcher:
 
 
 def send_events(writer: RecordingWriter, batch: Batch, events: list[Event]) -> None:
-    """Send the events of a batch to the log, in the order of time; beyond twelve they are only counted.
+    """Send the events of a batch to the log in the order of time; beyond twelve they are only counted.
 
     Args:
         writer: The recording.

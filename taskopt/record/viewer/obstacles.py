@@ -1,4 +1,4 @@
-"""The obstacles of a stack in the scene, under the names that rows, plots and events use."""
+"""The obstacles of a stack in the scene, with the same names as in rows, plots and events."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -26,7 +26,7 @@ def obstacle_corners(shape: Shape) -> Array:
         shape: The obstacle.
 
     Returns:
-        The lower and the upper corner, (2, 3) [m]; (0, 3) for a half-space, which has no end.
+        The lower and the upper corner, (2, 3) [m]; (0, 3) for a half-space, which is unbounded.
     """
     match shape:
         case Sphere():
@@ -49,9 +49,9 @@ def draw_obstacles(
 
     Args:
         writer: The recording.
-        path: The entity path that they stand below.
+        path: The entity path of their parent.
         obstacles: The obstacles, by name.
-        arrangement: The arrangement of the scene, to which half-spaces are cut.
+        arrangement: The arrangement of the scene, to whose size half-spaces are cut.
     """
     for name, shape in obstacles.items():
         pose = shape.pose

@@ -1,4 +1,4 @@
-"""Opening of recordings in the Rerun viewer, and finding a viewer that runs already."""
+"""Opening of recordings in the Rerun viewer, and search for a viewer that is already running."""
 
 import os
 import platform
@@ -34,7 +34,7 @@ def show(file: Path) -> None:
 
 
 def live_viewer(port: int = PORT) -> str:
-    """Find the viewer that runs on this machine; start one if none does.
+    """Find the viewer that is running on this machine, or start one.
 
     Args:
         port: The port that the viewer listens on.
@@ -82,7 +82,7 @@ def listens(port: int) -> bool:
 
 
 def has_display() -> bool:
-    """Tell if a window can be opened.
+    """Return True if a window can be opened.
 
     Returns:
         True on systems other than Linux, and on Linux if DISPLAY or WAYLAND_DISPLAY is set.
@@ -93,13 +93,13 @@ def has_display() -> bool:
 
 
 def viewer_program() -> str:
-    """Find the viewer that rerun-sdk installs, also where its environment is not activated.
+    """Find the viewer that rerun-sdk installs, even if its environment is not activated.
 
     Returns:
         The path of the program.
 
     Raises:
-        NotInstalled: If it is not there.
+        NotInstalled: If there is no such program.
     """
     package = find_spec("rerun_cli")
     if package is None or package.origin is None:

@@ -1,4 +1,4 @@
-"""All colours of a recording: change a colour here, and nowhere else.
+"""All colours of a recording, which are defined only here.
 
 A colour is an integer 0xRRGGBBAA, the last two digits being the opacity.
 """
@@ -66,7 +66,7 @@ def line_colours(count: int) -> Colours:
 
 
 def colours(*values: int) -> Colours:
-    """Pack colours in the way that Rerun reads them.
+    """Convert colours to the form that Rerun reads.
 
     Args:
         *values: Colours 0xRRGGBBAA.
@@ -102,7 +102,7 @@ def mesh_tint(colour: int) -> int:
 
 
 def packed_colour(channels: NDArray[np.float64]) -> int:
-    """Pack a colour that is given by its channels.
+    """Convert a colour from its channels to an integer.
 
     Args:
         channels: Red, green, blue and opacity, (4,), from 0 to 1.

@@ -1,4 +1,4 @@
-"""Entity paths: the place of every quantity in a recording, and names that fit into a path."""
+"""Entity paths of all quantities in a recording, and names that are valid parts of a path."""
 
 import re
 
@@ -11,7 +11,7 @@ PROOF = "/scale/proof"
 
 
 def resolver_part(resolver: str) -> str:
-    """Turn the name of a resolver into one part of a path.
+    """Convert the name of a resolver to one part of a path.
 
     Args:
         resolver: The name, such as "hqp/daqp".
@@ -23,7 +23,7 @@ def resolver_part(resolver: str) -> str:
 
 
 def escaped_part(name: str) -> str:
-    """Turn any name into one part of a path, which Rerun reads back as the same name.
+    """Convert any name to one part of a path, which Rerun reads back as the same name.
 
     Args:
         name: The name; it may contain spaces and slashes.
@@ -35,7 +35,7 @@ def escaped_part(name: str) -> str:
 
 
 def plain_part(name: str) -> str:
-    """Turn any name into one part of a path that needs no escapes, so that it also serves as a title.
+    """Convert any name to one part of a path without escapes, which can also be a title.
 
     Args:
         name: The name, such as "panda_link5 – left ball".
@@ -72,7 +72,7 @@ def closed_form_path(resolver: str) -> str:
 
 
 def world_path(resolver: str, *names: str) -> str:
-    """Return the path of something in the scene of a resolver's robot.
+    """Return the path of an object in the scene of a resolver's robot.
 
     Args:
         resolver: The name of the resolver.

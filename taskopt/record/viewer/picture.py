@@ -24,11 +24,11 @@ _DRIVERS = "apt-get install mesa-vulkan-drivers libvulkan1"
 
 
 class NoGraphics(TaskoptError, RuntimeError):
-    """Raised where neither a GPU nor a software renderer can draw; the message says what to install."""
+    """An error that is raised if neither a GPU nor a software renderer can draw; it says what to install."""
 
 
 def take_picture(recording: Path, picture: Path, at: float | None = None) -> Path:
-    """Draw a recording in its own layout, which takes about 10 s.
+    """Draw a recording in its own layout to a PNG file, which takes about 10 s.
 
     Args:
         recording: The recording.
@@ -89,7 +89,7 @@ def _headless() -> Iterator[ViewerClient]:
 
 
 def _wait_until_up(program: "subprocess.Popen[bytes]", port: int) -> None:
-    """Wait until the viewer listens, for which it must have found something to draw with."""
+    """Wait until the viewer listens, which it does once it has found a renderer."""
     start = time.monotonic()
     while time.monotonic() - start < _PATIENCE and program.poll() is None:
         try:

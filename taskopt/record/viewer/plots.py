@@ -1,4 +1,4 @@
-"""The plots of a run: vectors over time, one entity of the recording each."""
+"""The plots of a run: vectors over time, each of which is one entity of the recording."""
 
 from collections.abc import Iterable, Sequence
 
@@ -24,7 +24,7 @@ _WIDTH = 1.5  # of a line [points]
 
 
 class Plots:
-    """Draw all vectors of a run but distances: `draw` names and colours the lines, `send` appends rows."""
+    """Draw all vectors of a run except distances: `draw` names and colours the lines, `send` appends rows."""
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
         """Find the lines of the plots.
@@ -84,7 +84,7 @@ class Plots:
             writer.send_columns(path, batch.index[ends], batch.time[ends], lines)
 
     def _draw_joints(self, writer: RecordingWriter, resolver: str) -> None:
-        """Name the lines of one resolver alone; a joint has the same colour in every plot."""
+        """Name the lines of one resolver; a joint has the same colour in every plot."""
         robot = self._info.scenario.robot
         paint = line_colours(robot.nv)
         for key, shown in self._joints.items():
@@ -125,7 +125,7 @@ class Plots:
                     _send_rows(writer, path, batch, np.linalg.norm(error[:, rows], axis=1))
 
     def _send_objectives(self, writer: RecordingWriter, batch: Batch) -> None:
-        """Append the values of the objectives at 100 Hz, because they cost kinematics of their own."""
+        """Append the values of the objectives, only at 100 Hz because they need additional kinematics."""
         ticks = batch.ticks_every(_OBJECTIVE_PERIOD, self._info.scenario.dt)
         if not self._terms or not len(ticks):
             return
@@ -146,8 +146,8 @@ def multiplier_lines(info: RunInfo) -> dict[str, IntArray]:
         info: The facts about the run, whose hierarchy has n unknowns and M rows.
 
     Returns:
-        The name of each line and the rows, counted among n + M, that it stands for. All pairs of a distance
-        limit share one line; these lines come first.
+        For each line its name and the indices (among n + M) of its rows. All pairs of a distance limit share
+        one line; these lines come first.
     """
     layout, pooled = info.plan.layout, pair_rows(info)
     names = [*short_names(layout.unknowns), *layout.row_names]

@@ -24,7 +24,7 @@ class Regions:
 
         Args:
             info: The facts about the run.
-            arrangement: The arrangement of the scene, which open sides of boxes end with.
+            arrangement: The arrangement of the scene, at whose edge open sides of boxes end.
         """
         self._arrangement = arrangement
         self._configuration = Configuration(info.scenario.robot, info.scenario.start)
@@ -71,7 +71,7 @@ class Regions:
 
 
 def cone_lines(axis: Array, half_angle: float, length: float) -> list[Array]:
-    """Draw a cone as its rim and four lines from its tip, which is at the origin.
+    """Make the lines of a cone: its rim, and four lines from its tip at the origin.
 
     Args:
         axis: The unit axis, (3,).

@@ -28,7 +28,7 @@ _MEDIA_TYPES = {
 
 
 class Placement(Protocol):
-    """A pose as Pinocchio has it.
+    """The interface of a pose of Pinocchio.
 
     Attributes:
         homogeneous: The matrix of the pose, (4, 4) [m].
@@ -38,7 +38,7 @@ class Placement(Protocol):
 
 
 class GeometryObject(Protocol):
-    """A shape as Pinocchio has it, which ships no stubs and is not imported here.
+    """The interface of a shape of Pinocchio, which ships no stubs and is not imported here.
 
     Attributes:
         name: The name of the shape.
@@ -78,7 +78,7 @@ class RobotDrawing:
         self._meshes: dict[str, Triangles] = {}
 
     def draw(self, writer: RecordingWriter, path: str, colour: int | None = None) -> None:
-        """Send every shape where it sits on its joint.
+        """Send every shape with its pose on its joint.
 
         Args:
             writer: The recording.
@@ -155,7 +155,7 @@ class RobotDrawing:
 
 
 def archetype(shape: GeometryObject, paint: int | None = None) -> Drawn | None:
-    """Draw a shape in its own coordinates.
+    """Convert a shape to Rerun's archetype, in the shape's own coordinates.
 
     Args:
         shape: A pin.GeometryObject.

@@ -1,4 +1,4 @@
-"""The rows and terms of a run that plots, paths and the active-set timeline show, with their names."""
+"""The rows and terms of a run that plots and the active-set timeline show, with their names."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -84,7 +84,7 @@ class OfFrame(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ObjectiveTerm:
-    """One term of the objective of a task.
+    """A term of the objective of a task.
 
     Attributes:
         task: The name of the task.

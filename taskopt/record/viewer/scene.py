@@ -111,7 +111,7 @@ class Scene:
         writer.log_static(world_path(resolver, "label"), label)
 
     def _draw_paths(self, writer: RecordingWriter, resolver: str, colour: int) -> None:
-        """Draw desired paths, and choose colour and width of what will move."""
+        """Draw desired paths, and set colour and width of the actual paths."""
         points = rr.Radius.ui_points
         for task in self._info.plan.tasks:
             if task.frame is None:
@@ -148,7 +148,7 @@ class Scene:
 
 
 def desired_paths(info: RunInfo) -> dict[str, Array]:
-    """Compute the paths that the targets of the frame tasks will take, which are known before the run.
+    """Compute the paths of the targets of the frame tasks, which are known before the run.
 
     Args:
         info: The facts about the run.

@@ -21,7 +21,7 @@ from taskopt.record.violation import LimitGauge
 
 
 class Drawing(Protocol):
-    """A part of a recording: what stands still is drawn once, what changes is sent batch by batch."""
+    """A part of a recording: `draw` sends constant data once, `send` the changing data batch by batch."""
 
     def draw(self, writer: RecordingWriter) -> None:
         """Send everything that holds for the whole run.
@@ -42,7 +42,7 @@ class Drawing(Protocol):
 
 
 class RecordingSink:
-    """Write batches to a Rerun recording that carries its own layout, so that opening the file is enough."""
+    """Write batches to a Rerun recording, whose file contains the layout of the viewer as well."""
 
     def __init__(self, path: Path, live: str | None = None) -> None:
         """Prepare a recording; `open` makes the file.
@@ -50,7 +50,7 @@ class RecordingSink:
         Args:
             path: The file to write.
             live: The address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, that gets the
-                same data, if any; if it goes away, the file goes on.
+                same data, if any. If it is closed, the file is still written.
         """
         self.path, self._live = path, live
 

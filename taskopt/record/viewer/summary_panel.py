@@ -11,7 +11,7 @@ _SHOWN = 5  # largest number of limits that are named for each resolver
 
 
 class SummaryPanel:
-    """Keep the summary of each resolver, and write all of them as one Markdown text."""
+    """Collect the summary of each resolver, and write all of them as one Markdown text."""
 
     def __init__(self, info: RunInfo, gauge: LimitGauge) -> None:
         """Begin with empty summaries.
@@ -124,5 +124,5 @@ def _share(count: int, ticks: int) -> str:
 
 
 def _violation(value: float) -> str:
-    """Write a violation with two digits, or 0 where the limit is kept."""
+    """Write a violation with two digits, or 0 if the limit is kept."""
     return f"{value:.2g}" if value > 0.0 else "0"

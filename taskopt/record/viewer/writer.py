@@ -1,4 +1,4 @@
-"""Writing of one Rerun recording, to a file and, if asked for, to a running viewer as well."""
+"""Writing of a Rerun recording to a file and, if requested, to a running viewer."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping
@@ -24,8 +24,8 @@ Send = Callable[[rr.RecordingStream], None]  # sends something on a stream
 class RecordingWriter:
     """Send static data and columns over time to a recording.
 
-    A viewer has a stream and a thread of its own, so that one that hangs or goes away neither stops nor
-    slows a run: it gets no more data, and the file stays complete.
+    The viewer has a stream and a thread of its own. If it hangs or is closed, it gets no more data, while the
+    run is neither stopped nor slowed, and the file stays complete.
     """
 
     def __init__(self, path: Path, name: str, blueprint: rrb.Blueprint, live: str | None = None) -> None:
@@ -91,11 +91,11 @@ class RecordingWriter:
         self._send(lambda stream: stream.send_property(name, rr.AnyValues(drop_untyped_nones=True, **plain)))
 
     def flush(self) -> None:
-        """Bring everything that was sent to the file, so that it survives a kill."""
+        """Write everything that was sent to the file, so that it is kept if the process is killed."""
         self._file.flush()
 
     def close(self) -> None:
-        """Complete the file, and let the viewer take the rest for at most 2 s."""
+        """Complete the file, and send the remaining data to the viewer for at most 2 s."""
         self._file.flush()
         self._file.disconnect()
         if self._viewer is not None:
@@ -126,7 +126,7 @@ class LiveViewer:
         self._thread.start()
 
     def put(self, send: Send) -> None:
-        """Queue data for the viewer; one that lags behind gets no more, because a gap would mislead.
+        """Queue data for the viewer; if it lags behind, it gets no more data, since a gap would mislead.
 
         Args:
             send: The function that sends the data on a stream.
@@ -137,7 +137,7 @@ class LiveViewer:
             self._done.set()
 
     def close(self) -> None:
-        """Let the viewer take the rest for at most 2 s; then leave it behind, also when Python ends."""
+        """Send the remaining data for at most 2 s; Python does not wait for the viewer after that."""
         self._done.set()
         self._thread.join(_GOODBYE)
         if self._thread.is_alive():
