@@ -11,6 +11,7 @@ from `OPPOSITE` on the quotient is held, so that the rows stay of ordinary size.
 the two vectors is the axis of the turn.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +22,7 @@ from taskopt.hierarchy import tolerances
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace, Value
 from taskopt.kinematics.target import Target, as_target
@@ -163,6 +165,19 @@ class BoundAlignment(_BoundTurn):
     def __init__(self, name: str, task: AxisAlignmentTask) -> None:
         super().__init__(name, task)
         self._direction = unit("direction", task.direction)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return gain and direction; see `Part.adjustable`."""
+        direction = Numbers(self._direction, self._checked_direction, self._shorten)
+        return {**super().adjustable(), "direction": direction}
+
+    def _checked_direction(self, direction: ArrayLike) -> Array:
+        """Return a direction at length 1."""
+        return unit(f"direction of '{self.name}'", direction)
+
+    def _shorten(self) -> None:
+        """Bring a direction that is blended between two others back to length 1."""
+        self._direction /= max(float(np.linalg.norm(self._direction)), tolerances.NO_DIRECTION)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the rows; see `RowPart.fill`."""

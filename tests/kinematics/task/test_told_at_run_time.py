@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from taskopt import (
+    AxisAlignmentTask,
     Configuration,
     DampedTask,
     FrameDistanceLimit,
@@ -26,6 +27,10 @@ PLAN = {
         {"offset": 0.3, "gain": 4.0, "weight": 2.0},
     ),
     "linear": (lambda **k: LinearHolonomicTask(np.eye(7)[:2], **k), {"b": [0.1, 0.2], "gain": [1.0, 3.0]}),
+    "axis": (
+        lambda **k: AxisAlignmentTask("panda_hand", **k),
+        {"direction": (0.0, 0.6, 0.8), "gain": 3.0, "weight": (1.0, 2.0)},
+    ),
     "velocity": (
         lambda target=0.1, **k: JointVelocityTask(np.full(7, target), **k),
         {"target": 0.4, "weight": 3.0},
@@ -70,6 +75,21 @@ def test_a_gain_that_is_too_large_for_the_period_is_refused_inside_a_damped_task
     plan = Stack([[DampedTask(PositionTask("panda_hand", name="hand"), 1.0)]]).compile(robot("panda"), 1e-2)
     with pytest.raises(InvalidValue, match="too large for dt"):
         plan.set({"hand.gain": 300.0})
+
+
+def test_a_direction_that_is_blended_keeps_its_length():
+    """Half way between two directions at right angles it is their bisector, of length 1."""
+    of = robot("panda")
+    plan = Stack([[AxisAlignmentTask("panda_hand", direction=(1.0, 0.0, 0.0), name="axis")]]).compile(
+        of, 1e-3
+    )
+    q = of.posture("default")
+    plan.at(q, 0.0)
+    plan.set({"axis.direction": (0.0, 1.0, 0.0)}, over=1.0)
+    plan.at(q, 0.0)
+    half = plan.at(q, 0.5).A.copy()
+    bisector = AxisAlignmentTask("panda_hand", direction=(1.0, 1.0, 0.0))
+    np.testing.assert_allclose(half, Stack([[bisector]]).compile(of, 1e-3).at(q, 0.0).A, atol=1e-12)
 
 
 def test_velocities_that_are_set_replace_a_function_of_time():
