@@ -140,6 +140,21 @@ class Configuration:
         frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, out)
         return out
 
+    def frame_into(self, frame: str, pose: Array, jacobian: Array) -> None:
+        """Write pose and Jacobian of a frame into arrays that exist, as tasks do on every tick.
+
+        Args:
+            frame: Name of the frame.
+            pose: (4, 4) receives the pose in the world, translation in [m].
+            jacobian: (6, nv) receives the geometric Jacobian along the axes of the world.
+
+        Raises:
+            UnknownName: The robot has no frame of that name.
+        """
+        view = self.frame(frame)
+        frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, pose)
+        frame_jacobian_into(self.joint_jacobians, pose, view.columns, jacobian)
+
     @property
     def data(self) -> Data:
         """Pinocchio's own memory (`pin.Data`), with the joints placed at q."""

@@ -17,7 +17,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy import tolerances
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
-from taskopt.kinematics.configuration import Configuration, frame_jacobian_into, frame_pose_into
+from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value
 from taskopt.kinematics.target import Target, as_target
@@ -163,7 +163,7 @@ class BoundBox(BoundTask):
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the rows; see `RowPart.fill`."""
-        _frame_into(configuration, self._moved, self._pose, self._jacobian)
+        configuration.frame_into(self._moved, self._pose, self._jacobian)
         self.value[:] = self._pose[self._rows, 3]
         rows.A[:] = self._jacobian[self._rows]
         rows.lower[:] = self.gain * (self._sides[0] - self.value)
@@ -206,18 +206,11 @@ class BoundGaze(AimedTask):
         """Write the row; see `RowPart.fill`."""
         if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
-        _frame_into(configuration, self._moved, self._pose, self._jacobian)
+        configuration.frame_into(self._moved, self._pose, self._jacobian)
         angle, rate = gaze_into(self._pose, self._jacobian, self._axis, self.goal, self._twist, rows.A[0])
         self.value[0] = angle
         rows.upper[0] = self.gain[0] * (self._half_angle - angle) - rate
         self.error[0] = min(self._half_angle - angle, 0.0)
-
-
-def _frame_into(configuration: Configuration, frame: str, pose: Array, jacobian: Array) -> None:
-    """Write pose (4, 4) and Jacobian (6, nv) of a frame."""
-    view = configuration.frame(frame)
-    frame_pose_into(view.joint_rotation, view.joint_translation, view.placement, pose)
-    frame_jacobian_into(configuration.joint_jacobians, pose, view.columns, jacobian)
 
 
 @kernel

@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
+from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.pose import adjoint, inverse, is_pose, jlog3, jlog6, log3, log6
+from taskopt.kinematics.lie import log6_jlog6_into, relative_into
+from taskopt.kinematics.pose import inverse, is_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
 from taskopt.kinematics.target import Hold, Target, as_target
@@ -84,7 +86,7 @@ class RelativeFrameTask(Task):
         """
         robot.frame_id(self.frame)
         robot.frame_id(self.root)
-        bound = BoundRelative(name, self, self._rows())
+        bound = BoundRelative(name, self, self._rows(), robot.nv)
         bound.attach(as_target(self.target))
         return bound
 
@@ -104,14 +106,16 @@ class BoundRelative(AimedTask):
         name: Name of the task in its plan.
         task: The declared task.
         rows: Rows of six that are taken, (m,).
+        nv: Number of velocities of the robot.
     """
 
-    def __init__(self, name: str, task: RelativeFrameTask, rows: IntArray) -> None:
+    def __init__(self, name: str, task: RelativeFrameTask, rows: IntArray, nv: int) -> None:
         names, units = [ROW_NAMES[i] for i in rows], [ROW_UNITS[i] for i in rows]
         super().__init__(name, names, units, gains(task.gain, 6)[rows], weights(task.weight, 6, (3, 3))[rows])
         self.frame, self._root, self._rows = task.frame, task.root, rows
         self._frame, self._own = task.frame, task.expressed == "own"
-        self.goal, self._twist = np.eye(4), np.zeros(6)
+        self.goal, self._twist, self._work = np.eye(4), np.zeros(6), RelativeError.empty()
+        self._of_root, self._of_frame = np.zeros((6, nv)), np.zeros((6, nv))
         self.desired, self.actual = np.eye(4), np.eye(4)
 
     def attach(self, target: Target) -> None:
@@ -131,41 +135,123 @@ class BoundRelative(AimedTask):
         """Write the rows; see `RowPart.fill`."""
         if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
-        root, frame = configuration.pose(self._root), configuration.pose(self._frame)
-        self.desired[:], self.actual[:] = root @ self.goal, frame  # type: ignore[index]
-        pose, motion = inverse(root) @ frame, self._relative_motion(configuration, root, frame)
-        error, M, rate = (_own if self._own else _in_root)(pose, self.goal, self._twist)
-        flaw = 0.0 if is_pose(self.goal) else np.nan  # found by the plan, which names the target
+        work = self._work
+        configuration.frame_into(self._root, work.root, self._of_root)
+        configuration.frame_into(self._frame, self.actual, self._of_frame)  # type: ignore[arg-type]
+        relative_motion_into(work.root, self.actual, self._of_root, self._of_frame)
+        relative_error_into(self._own, self.actual, self.goal, self._twist, work)
+        self.desired[:] = work.root @ self.goal  # type: ignore[index]
         taken = self._rows
-        rows.A[:] = M[taken] @ motion
-        self.error[:] = error[taken]
-        rows.lower[:] = task_rate(rate[taken], self.gain, self.error) + flaw
+        rows.A[:] = work.M[taken] @ self._of_frame
+        self.error[:] = work.error[taken]
+        flaw = 0.0 if is_pose(self.goal) else np.nan  # found by the plan, which names the target
+        rows.lower[:] = task_rate(work.rate[taken], self.gain, self.error) + flaw
         rows.upper[:] = rows.lower
 
-    def _relative_motion(self, configuration: Configuration, root: Array, frame: Array) -> Array:
-        """Return w (6, nv): velocity of the frame relative to the root for each v_k, in the root's axes."""
-        J = configuration.jacobian(self._frame)
-        of_root = configuration.jacobian(self._root)
-        arm = frame[:3, 3] - root[:3, 3]
-        J[:3] -= of_root[:3] + np.cross(of_root[3:], arm, axisa=0, axisc=0)
-        J[3:] -= of_root[3:]
-        J[:3], J[3:] = root[:3, :3].T @ J[:3], root[:3, :3].T @ J[3:]
-        return J
+
+class RelativeError(NamedTuple):
+    """Arrays between the steps of a `RelativeFrameTask`.
+
+    Attributes:
+        root: Pose of the root in the world, (4, 4).
+        pose: Pose X of the frame in the root, (4, 4).
+        away: X_d⁻¹ X, or the turn from X to X_d, (4, 4).
+        error: e of all six rows, (6,).
+        M: Matrix with ė = M (w_d − w), (6, 6).
+        jlog: Jlog6 of `away`, (6, 6).
+        rate: M w_d, (6,).
+    """
+
+    root: Array
+    pose: Array
+    away: Array
+    error: Array
+    M: Array
+    jlog: Array
+    rate: Array
+
+    @staticmethod
+    def empty() -> "RelativeError":
+        """Return the arrays, with no meaning yet."""
+        return RelativeError(
+            np.eye(4), np.eye(4), np.eye(4), np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6)
+        )
 
 
-def _own(pose: Array, goal: Array, twist: Array) -> tuple[Array, Array, Array]:
-    """Return e (6,), the matrix M (6, 6) with ė = M (w_d − w), and M w_d (6,), in the axes of the frame."""
-    away = inverse(goal) @ pose
-    jlog, back = jlog6(away), np.zeros((6, 6))
-    back[:3, :3] = back[3:, 3:] = pose[:3, :3].T
-    turned = np.concatenate([goal[:3, :3].T @ twist[:3], goal[:3, :3].T @ twist[3:]])
-    return -log6(away), jlog @ back, jlog @ (adjoint(inverse(away)) @ turned)
+@kernel
+def relative_motion_into(root, frame, of_root, of_frame):
+    """Turn the Jacobian of a frame into that of its motion w relative to the root, in the root's axes.
+
+    Args:
+        root: Pose of the root in the world, (4, 4).
+        frame: Pose of the frame in the world, (4, 4).
+        of_root: Jacobian of the root along the axes of the world, (6, nv).
+        of_frame: Jacobian of the frame likewise, (6, nv); overwritten by that of w.
+    """
+    x, y, z = frame[0, 3] - root[0, 3], frame[1, 3] - root[1, 3], frame[2, 3] - root[2, 3]
+    for k in range(of_frame.shape[1]):
+        wx, wy, wz = of_root[3, k], of_root[4, k], of_root[5, k]
+        v = (
+            of_frame[0, k] - of_root[0, k] - (wy * z - wz * y),
+            of_frame[1, k] - of_root[1, k] - (wz * x - wx * z),
+            of_frame[2, k] - of_root[2, k] - (wx * y - wy * x),
+        )
+        w = of_frame[3, k] - wx, of_frame[4, k] - wy, of_frame[5, k] - wz
+        for i in range(3):
+            of_frame[i, k] = root[0, i] * v[0] + root[1, i] * v[1] + root[2, i] * v[2]
+            of_frame[3 + i, k] = root[0, i] * w[0] + root[1, i] * w[1] + root[2, i] * w[2]
 
 
-def _in_root(pose: Array, goal: Array, twist: Array) -> tuple[Array, Array, Array]:
-    """Return e (6,), the matrix M (6, 6) with ė = M (w_d − w), and M w_d (6,), in the axes of the root."""
-    turn = goal[:3, :3] @ pose[:3, :3].T
-    M = np.eye(6)
-    M[3:, 3:] = jlog3(turn)
-    rate = np.concatenate([twist[:3], M[3:, 3:] @ (turn.T @ twist[3:])])
-    return np.concatenate([goal[:3, 3] - pose[:3, 3], log3(turn)]), M, rate
+@kernel
+def relative_error_into(own, frame, goal, twist, work):
+    """Compute e, the matrix M with ė = M (w_d − w), and M w_d.
+
+    In own axes the linear part of w_d acts at x in place of x_d; in root axes its angular part is turned back
+    by the turn from X to X_d.
+
+    Args:
+        own: Measure e in the axes of the frame, else in those of the root.
+        frame: Pose of the frame in the world, (4, 4).
+        goal: X_d, (4, 4).
+        twist: Rate of X_d in the axes of the root, (6,).
+        work: A `RelativeError` with its `root`; everything else is written here.
+    """
+    pose, away, M, jlog = work.pose, work.away, work.M, work.jlog
+    relative_into(work.root, frame, pose)
+    if own:
+        relative_into(goal, pose, away)
+    else:
+        for i in range(3):
+            for j in range(3):
+                away[i, j] = goal[i, 0] * pose[j, 0] + goal[i, 1] * pose[j, 1] + goal[i, 2] * pose[j, 2]
+            away[i, 3] = 0.0  # without a translation, Jlog6 is diag(Jlog3, Jlog3)
+    log6_jlog6_into(away, work.error, jlog)
+    px, py, pz = goal[0, 3] - pose[0, 3], goal[1, 3] - pose[1, 3], goal[2, 3] - pose[2, 3]
+    v, w = (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
+    if own:
+        v = v[0] + py * w[2] - pz * w[1], v[1] + pz * w[0] - px * w[2], v[2] + px * w[1] - py * w[0]
+        for i in range(6):
+            work.error[i] = -work.error[i]
+            for j in range(3):
+                M[i, j] = jlog[i, 0] * pose[j, 0] + jlog[i, 1] * pose[j, 1] + jlog[i, 2] * pose[j, 2]
+                M[i, 3 + j] = jlog[i, 3] * pose[j, 0] + jlog[i, 4] * pose[j, 1] + jlog[i, 5] * pose[j, 2]
+    else:
+        w = _turned_back(away, w)
+        M[:] = jlog
+        for i in range(3):
+            M[i, :] = 0.0
+            M[i, i] = 1.0
+        work.error[0], work.error[1], work.error[2] = px, py, pz
+    for i in range(6):
+        work.rate[i] = M[i, 0] * v[0] + M[i, 1] * v[1] + M[i, 2] * v[2]
+        work.rate[i] += M[i, 3] * w[0] + M[i, 4] * w[1] + M[i, 5] * w[2]
+
+
+@kernel
+def _turned_back(R, w):
+    """Return Rᵀ w, three numbers."""
+    return (
+        R[0, 0] * w[0] + R[1, 0] * w[1] + R[2, 0] * w[2],
+        R[0, 1] * w[0] + R[1, 1] * w[1] + R[2, 1] * w[2],
+        R[0, 2] * w[0] + R[1, 2] * w[1] + R[2, 2] * w[2],
+    )

@@ -18,6 +18,7 @@ from taskopt import (
     UnknownName,
     resolve,
 )
+from taskopt.kinematics.task.relative import relative_error_into
 from taskopt.testing import check_task
 from tests.helpers.moving import bound, tumbling
 from tests.helpers.robots import FRAMES, generic_q, robot
@@ -49,22 +50,36 @@ def test_the_rows_keep_the_contract(name, expressed):
         check_task(task, of, count=5)
 
 
-def without_turning_of_the_root(bound_task, configuration, root, frame):
+def without_turning_of_the_root(root, frame, of_root, of_frame):
     """The motion of the frame relative to the root, as if the root did not turn."""
-    J = configuration.jacobian(bound_task._frame) - configuration.jacobian(bound_task._root)
-    return np.concatenate([root[:3, :3].T @ J[:3], root[:3, :3].T @ J[3:]])
+    of_frame -= of_root
+    of_frame[:3], of_frame[3:] = root[:3, :3].T @ of_frame[:3], root[:3, :3].T @ of_frame[3:]
+
+
+def without(what):
+    """Error, M and rate of the task, without the derivative of the logarithm or the lever of the rate."""
+
+    def wrong(own, frame, goal, twist, work):
+        relative_error_into(own, frame, goal, twist, work)
+        if what == "lever":
+            work.rate[:] = work.M @ twist
+        else:
+            work.M[:3, :3] = work.M[3:, 3:] = work.pose[:3, :3].T
+            work.M[:3, 3:] = 0.0
+
+    return wrong
 
 
 @pytest.mark.parametrize(
     ("where", "fault"),
     [
-        ("BoundRelative._relative_motion", without_turning_of_the_root),
-        ("adjoint", lambda pose: np.eye(6)),
-        ("jlog6", lambda pose: np.eye(6)),
+        ("relative_motion_into", without_turning_of_the_root),
+        ("relative_error_into", without("lever")),
+        ("relative_error_into", without("derivative")),
     ],
 )
 def test_a_wrong_derivative_is_caught(monkeypatch, where, fault):
-    """The check above fails without the turning of the root, the adjoint of the rate, or Jlog6."""
+    """The check above fails without the turning of the root, the lever of the rate, or Jlog6."""
     of = robot("panda")
     at = Configuration(of, of.posture("middle"))
     target = tumbling(relative_pose(at, "panda_hand", "panda_link4"), 1)
