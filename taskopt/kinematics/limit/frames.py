@@ -105,14 +105,18 @@ class BoundFrameDistance(BoundRoom):
     def __init__(self, limit: FrameDistanceLimit, robot: Robot, dt: float, room: Room) -> None:
         super().__init__(limit.name, robot, dt, room)
         self._limit, self.distance = limit, np.inf
+        self._pose_a, self._pose_b = np.eye(4), np.eye(4)
+        self._of_a, self._of_b = np.zeros((6, robot.nv)), np.zeros((6, robot.nv))
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
         """Measure what is left to each bound; see `BoundRoom.measure`."""
         a, b = self._limit.frame_a, self._limit.frame_b
-        apart = configuration.pose(a)[:3, 3] - configuration.pose(b)[:3, 3]
+        configuration.frame_into(a, self._pose_a, self._of_a)
+        configuration.frame_into(b, self._pose_b, self._of_b)
+        apart = self._pose_a[:3, 3] - self._pose_b[:3, 3]
         self.distance = d = float(np.sqrt(apart @ apart))
         normal = apart / d if d > NO_DIRECTION else np.zeros(3)
-        slope = normal @ (configuration.jacobian(a)[:3] - configuration.jacobian(b)[:3])
+        slope = normal @ (self._of_a[:3] - self._of_b[:3])
         left = []
         if self._limit.lower > 0.0:
             gradient[0] = slope

@@ -13,6 +13,7 @@ from taskopt.arrays import Array, ArrayLike, BoolArray, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.jit import kernel
 from taskopt.kinematics.collision.point_motion import PointMotion
 from taskopt.kinematics.collision.step_bounds import nominal_speeds
 from taskopt.kinematics.configuration import Configuration
@@ -63,10 +64,11 @@ class BoundRoom(RowLimit, BoundLimit):
         BoundLimit.__init__(self, name)
         self._dt, self._room, self._speeds = dt, room, nominal_speeds(robot)
         self._gain = np.array([room.gain])
-        self._travel = np.array([motion.travel for motion in room.motions])
-        self._far_bend = np.array([motion.bend for motion in room.motions])
-        self.bend: Array = self._far_bend.copy()
-        self._gradient, self.value = np.zeros((len(room.names), robot.nv)), np.zeros(len(room.names))
+        travel = np.array([motion.travel for motion in room.motions])
+        bend = np.array([motion.bend for motion in room.motions])
+        self._known = np.array([np.zeros(len(travel)), travel, bend, bend])
+        self.value, self._travel, self._far_bend, self.bend = self._known
+        self._gradient = np.zeros((len(room.names), robot.nv))
         self.share: Array = np.full(robot.nv, np.inf)
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
@@ -106,17 +108,9 @@ class BoundRoom(RowLimit, BoundLimit):
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Measure, and write the rows; see `RowPart.fill`."""
-        gain, influence = self._gain[0], self._room.influence
-        self.value[:] = g = self.measure(configuration, self._gradient)
-        near = ~(g >= influence)  # so that NaN is handed on, and found
-        free = np.maximum(g - np.minimum(2.0 * self.bend, 0.5 * influence), 0.0)
-        rows.A[:] = np.where(near[:, None], self._gradient, 0.0)
-        rows.lower[:] = np.where(near, -gain * free / self._dt, -np.inf)
-        left = np.where(g < CONTACT, np.maximum(CONTACT, -0.1 * g), g - np.where(near, gain * free, 0.0))
-        first, bend = np.where(near, 0.0, self._travel), np.where(near, self.bend, self._far_bend)
-        loss = first + np.sqrt(first * first + 4.0 * bend * left)
-        s = np.where(loss > 0.0, 2.0 * left / np.where(loss > 0.0, loss, 1.0), np.inf)
-        self.share[:] = np.where(self._room.counted, s[:, None], np.inf).min(axis=0)
+        self.value[:] = self.measure(configuration, self._gradient)
+        settings = np.array([self._room.influence, self._gain[0], self._dt])
+        brake_into(self._known, settings, self._gradient, self._room.counted, rows.A, rows.lower, self.share)
 
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG002
         """Narrow the bounds to |v_k| ≤ s_k v̄_k, after `fill`; see `BoundLimit.narrow`."""
@@ -124,6 +118,38 @@ class BoundRoom(RowLimit, BoundLimit):
         for row, limit, tighter in ((0, -largest, np.greater), (1, largest, np.less)):
             binds = tighter(limit, bounds[row])
             bounds[row, binds], bounds[row + 2, binds] = limit[binds], owner
+
+
+@kernel
+def brake_into(known, settings, gradient, counted, A, lower, share):
+    """Write the rows of a `BoundRoom`, and the share of each velocity.
+
+    Args:
+        known: For each row g, travel, bend, and bend far from the edge, (4, m) [m].
+        settings: Influence [m], κ, Δt [s].
+        gradient: ∇g of each row, (m, nv).
+        counted: Velocities that change each row, (m, nv).
+        A: Rows, (m, nv), written here.
+        lower: Lower bounds, (m,) [m/s], written here.
+        share: s of each velocity, (nv,), written here.
+    """
+    influence, gain, dt = settings[0], settings[1], settings[2]
+    share[:] = np.inf
+    for i in range(lower.size):
+        g, travel, bend, far_bend = known[0, i], known[1, i], known[2, i], known[3, i]
+        near = not g >= influence  # so that NaN is handed on, and found
+        free = max(g - min(2.0 * bend, 0.5 * influence), 0.0)
+        for k in range(share.size):
+            A[i, k] = gradient[i, k] if near else 0.0
+        lower[i] = -gain * free / dt if near else -np.inf
+        left, first, curve = (g - gain * free, 0.0, bend) if near else (g, travel, far_bend)
+        if g < CONTACT:
+            left = max(CONTACT, -0.1 * g)
+        loss = first + np.sqrt(first * first + 4.0 * curve * left)
+        s = 2.0 * left / loss if loss > 0.0 else np.inf
+        for k in range(share.size):
+            if counted[i, k]:
+                share[k] = min(share[k], s)
 
 
 def checked_braking(influence: float, gain: float) -> tuple[float, float]:

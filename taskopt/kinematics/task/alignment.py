@@ -80,7 +80,7 @@ class AxisAlignmentTask(Task):
             UnknownName: The robot has no such frame.
         """
         robot.frame_id(self.frame)
-        return BoundAlignment(name, self)
+        return BoundAlignment(name, self, robot.nv)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ class LookAtTask(Task):
             UnknownName: The robot has no such frame.
         """
         robot.frame_id(self.frame)
-        bound = BoundLook(name, self)
+        bound = BoundLook(name, self, robot.nv)
         bound.attach(as_target(self.target))
         return bound
 
@@ -143,15 +143,16 @@ class LookAtTask(Task):
 class _BoundTurn(BoundTask):
     """Two rows that turn an axis of a frame; subclasses say towards which direction."""
 
-    def __init__(self, name: str, task: AxisAlignmentTask | LookAtTask) -> None:
+    def __init__(self, name: str, task: AxisAlignmentTask | LookAtTask, nv: int) -> None:
         super().__init__(name, ("tilt 1", "tilt 2"), ("rad/s", "rad/s"), task.gain, task.weight)
         self._frame, self._axis = task.frame, unit("axis", task.axis)
         self._across, self._slope = across(self._axis), np.zeros((2, 3))
+        self._pose, self._jacobian = np.eye(4), np.zeros((6, nv))
 
-    def _turning(self, seen: Array, spin: Array) -> Array:
-        """Write e and E for the direction c (3,), and return −E [c]× Rᵀ J_O (2, nv) for Rᵀ J_O (3, nv)."""
+    def _turn(self, seen: Array, nearness: float, rows: LevelRows) -> None:
+        """Write e, E and A for a direction c (3,) to a point that is 1/`nearness` [m] away."""
         turn_into(self._axis, self._across, seen, self.error, self._slope)
-        return self._slope @ np.cross(spin, seen, axisa=0, axisc=0)
+        turned_rows_into(self._pose, self._jacobian, seen, self._slope, nearness, rows.A)
 
 
 class BoundAlignment(_BoundTurn):
@@ -160,10 +161,11 @@ class BoundAlignment(_BoundTurn):
     Args:
         name: Name of the task in its plan.
         task: The declared task.
+        nv: Number of velocities of the robot.
     """
 
-    def __init__(self, name: str, task: AxisAlignmentTask) -> None:
-        super().__init__(name, task)
+    def __init__(self, name: str, task: AxisAlignmentTask, nv: int) -> None:
+        super().__init__(name, task, nv)
         self._direction = unit("direction", task.direction)
 
     def adjustable(self) -> Mapping[str, Parameter]:
@@ -181,8 +183,8 @@ class BoundAlignment(_BoundTurn):
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the rows; see `RowPart.fill`."""
-        turn = configuration.pose(self._frame)[:3, :3]
-        rows.A[:] = self._turning(turn.T @ self._direction, turn.T @ configuration.jacobian(self._frame)[3:])
+        configuration.frame_into(self._frame, self._pose, self._jacobian)
+        self._turn(self._pose[:3, :3].T @ self._direction, 0.0, rows)
         rows.lower[:] = self.gain * self.error
         rows.upper[:] = rows.lower
 
@@ -207,12 +209,12 @@ class BoundLook(_BoundTurn, AimedTask):
         """Write the rows; see `RowPart.fill`."""
         if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
-        pose, J = configuration.pose(self._frame), configuration.jacobian(self._frame)
-        turn, sight = pose[:3, :3], self.goal[:3, 3] - pose[:3, 3]
+        configuration.frame_into(self._frame, self._pose, self._jacobian)
+        turn, sight = self._pose[:3, :3], self.goal[:3, 3] - self._pose[:3, 3]
         length = float(np.sqrt(sight @ sight))
         seen = self._axis if length < tolerances.NO_DIRECTION else turn.T @ sight / length
         length = max(length, tolerances.NEAREST_SIGHT)
-        rows.A[:] = self._turning(seen, turn.T @ J[3:]) + self._slope @ (turn.T @ J[:3]) / length
+        self._turn(seen, 1.0 / length, rows)
         rate = self._slope @ (turn.T @ self._twist[:3]) / length
         rows.lower[:] = task_rate(rate, self.gain, self.error)
         rows.upper[:] = rows.lower
@@ -284,3 +286,32 @@ def turn_into(axis, tangent, seen, error, slope):
         away = cosine * p - sine * axis[i]
         slope[0, i] = -py * away - grows * px * s
         slope[1, i] = px * away - grows * py * s
+
+
+@kernel
+def turned_rows_into(pose, jacobian, seen, slope, nearness, A):
+    """Write A = −E ([c]× Rᵀ J_O − Rᵀ J_P/ℓ).
+
+    Args:
+        pose: Pose of the frame in the world, (4, 4).
+        jacobian: Geometric Jacobian of the frame along the axes of the world, (6, nv).
+        seen: c in the frame, (3,).
+        slope: E, (2, 3).
+        nearness: 1/ℓ [1/m]; 0 for a direction, which no motion of the origin changes.
+        A: Rows, (2, nv), written here.
+    """
+    for k in range(A.shape[1]):
+        A[0, k] = A[1, k] = 0.0
+        x = y = z = 0.0
+        for i in range(3):
+            x += pose[i, 0] * jacobian[3 + i, k]
+            y += pose[i, 1] * jacobian[3 + i, k]
+            z += pose[i, 2] * jacobian[3 + i, k]
+        turning = y * seen[2] - z * seen[1], z * seen[0] - x * seen[2], x * seen[1] - y * seen[0]
+        for j in range(3):
+            moved = 0.0
+            for i in range(3):
+                moved += pose[i, j] * jacobian[i, k]
+            change = turning[j] + nearness * moved
+            A[0, k] += slope[0, j] * change
+            A[1, k] += slope[1, j] * change

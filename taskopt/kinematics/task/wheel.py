@@ -9,10 +9,11 @@ from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import PARALLEL
-from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.configuration import Configuration, frame_jacobian_into
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task.alignment import unit
 from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
+from taskopt.kinematics.task.relative import relative_motion_into
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,16 +170,16 @@ class Wheel(NamedTuple):
             Rotation of the floor (3, 3) in the world; Jacobian (3, nv) of v_c in the axes of the floor; and
             the height h of the hub above the floor [m].
         """
-        hub, J = configuration.pose(self.hub), configuration.jacobian(self.hub)
-        if self.floor is None:
-            floor, moving = np.eye(4), np.zeros_like(J)
-        else:
-            floor, moving = configuration.pose(self.floor), configuration.jacobian(self.floor)
-        away = hub[:3, 3] - floor[:3, 3]
-        arm = -self.radius * floor[:3, 2]
-        rolling = J[:3] + np.cross(J[3:], arm, axisa=0, axisc=0)
-        carried = moving[:3] + np.cross(moving[3:], away + arm, axisa=0, axisc=0)
-        return floor[:3, :3], floor[:3, :3].T @ (rolling - carried), float(floor[:3, 2] @ away)
+        floor, of_floor = np.eye(4), np.zeros((6, configuration.robot.nv))
+        if self.floor is not None:
+            configuration.frame_into(self.floor, floor, of_floor)
+        contact, moves = configuration.pose(self.hub), np.zeros_like(of_floor)
+        height = float(floor[:3, 2] @ (contact[:3, 3] - floor[:3, 3]))
+        contact[:3, 3] -= self.radius * floor[:3, 2]
+        columns = configuration.frame(self.hub).columns
+        frame_jacobian_into(configuration.joint_jacobians, contact, columns, moves)
+        relative_motion_into(floor, contact, of_floor, moves)
+        return floor[:3, :3], moves[:3], height
 
 
 class BoundRolling(BoundTask):
