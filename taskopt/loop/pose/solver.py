@@ -131,7 +131,7 @@ class PoseSolver:
         anchor = self.robot.posture("middle") if first is None else first
         self._goals.start(anchor)
         ends = []
-        for q, ticks in self._begin(first, wanted, starts):
+        for q, ticks in self._begin(first, anchor, wanted, starts):
             ends.append(self._goals.reach(q, ticks))
             if ends[-1].met:
                 break
@@ -178,13 +178,23 @@ class PoseSolver:
         below.start(anchor)
         return below
 
-    def _begin(self, first: Array | None, near: Array | None, starts: int) -> Iterator[tuple[Array, int]]:
+    def _begin(
+        self, first: Array | None, anchor: Array, near: Array | None, starts: int
+    ) -> Iterator[tuple[Array, int]]:
         """Yield the starts with their ticks: the first one, if it is given, then those that were drawn."""
         if first is not None:
             yield first, _FIRST
             starts -= 1
         if starts:
-            yield from ((q, _SCAN) for q in self._starts.nearest(starts, near))
+            for q in self._starts.nearest(starts, near):
+                yield self._with_still_joints(q, anchor), _SCAN
+
+    def _with_still_joints(self, q: Array, anchor: Array) -> Array:
+        """Return a posture with the joints that do not move the goals where they are at another one."""
+        if self._asked.moved.all():
+            return q
+        still = np.where(self._asked.moved, 0.0, self.robot.difference(q, anchor))
+        return self.robot.integrate(q, still, 1.0)
 
     def _solved(self, ends: Sequence[End], starts: int, below: Descent | None) -> PoseSolution:
         """Return the solution from the last end, once the levels below the goals are at rest there."""

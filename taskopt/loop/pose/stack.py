@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 
 import numpy as np
 
+from taskopt.arrays import Mask
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
-from taskopt.hierarchy.tolerances import GOAL_POSITION
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit import (
@@ -24,7 +24,6 @@ from taskopt.kinematics.limit import (
     SelfCollisionLimit,
 )
 from taskopt.kinematics.limit.base import narrow_one
-from taskopt.kinematics.limit.distance import BoundDistance
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Hold, Target, WithoutRate
@@ -33,11 +32,12 @@ from taskopt.kinematics.task import (
     DampedTask,
     During,
     JointVelocityTask,
+    LevelDamping,
     LowAccelerationTask,
     Task,
 )
+from taskopt.loop.pose.clearance import STEP, ClearanceTask
 
-STEP = 1.0  # [s] Δt of a tick of the search
 TRUST_REGION = "trust region"  # name of the bound on the step
 LARGEST_STEP = 1.0  # [rad, m] of one joint in one step
 
@@ -51,12 +51,14 @@ class PostureStack:
         clearances: Tasks that keep the distances of the stack's limits; they come before all goals.
         limits: Limits on joint positions, and limits of other classes as declared.
         norm: Norm of the stack, or None.
+        moved: (nv,) True for the velocities that change what the goals ask for.
     """
 
     levels: tuple[tuple[Task, ...], ...]
     clearances: tuple[Task, ...]
     limits: tuple[Limit, ...]
     norm: object
+    moved: Mask
 
     def compiled(self, *, below: bool = True, with_limits: bool = True, last: Task | None = None) -> Stack:
         """Return the stack that the search resolves at each of its ticks.
@@ -79,7 +81,8 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
     """Return what a stack asks of one posture.
 
     Targets are taken without their rates. A limit on distances becomes a task of its own before all goals,
-    which asks for d ≥ margin at the posture itself: a step of the search may pass through an obstacle.
+    which asks for d ≥ margin at the posture itself: a step of the search may pass through an obstacle. Pairs
+    of links that no joint of the goals moves are left as they are.
 
     Args:
         stack: The declared stack.
@@ -97,8 +100,35 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
         raise InvalidValue("the first level has only tasks of velocities, which are no goals; give it a goal")
     distances = [limit for limit in stack.limits if isinstance(limit, ObstacleLimit | SelfCollisionLimit)]
     others = [limit for limit in stack.limits if limit not in distances]
-    kept, clearances = _of_postures(others, robot), map(ClearanceTask, distances)
-    return PostureStack(tuple(filter(None, levels)), tuple(clearances), tuple(kept), stack.norm)
+    moved = columns_moved(levels[0], robot)
+    clearances = tuple(ClearanceTask(limit, moved) for limit in distances)
+    kept = tuple(_of_postures(others, robot))
+    return PostureStack(tuple(filter(None, levels)), clearances, kept, stack.norm, moved)
+
+
+def columns_moved(tasks: Sequence[Task], robot: Robot) -> Mask:
+    """Find the velocities that change what some tasks ask for.
+
+    Args:
+        tasks: The tasks.
+        robot: The robot.
+
+    Returns:
+        (nv,) True for a velocity with an entry in their rows, at one of three postures that are not special.
+    """
+    moved = np.zeros(robot.nv, dtype=bool)
+    for turn in (0.3, 0.7, 1.1):
+        at = Configuration(robot, robot.integrate(robot.posture("middle"), np.full(robot.nv, turn), 1.0))
+        for task in tasks:
+            if not isinstance(task, LevelDamping):
+                bound = task.bind(robot, task.name or task.default_name())
+                m = len(bound.row_names)
+                rows = LevelRows(np.zeros((m, robot.nv)), np.zeros(m), np.zeros(m), np.ones(m))
+                bound.prepare(rows)
+                bound.start(at, 0.0)
+                bound.fill(at, 0.0, rows)
+                moved |= (rows.A != 0.0).any(axis=0)
+    return moved
 
 
 def _of_motion(task: Task) -> bool:
@@ -131,52 +161,6 @@ def _of_postures(limits: Iterable[Limit], robot: Robot) -> Iterable[Limit]:
             yield replace(limit, gain=1.0)
         elif not isinstance(limit, JointVelocityLimit) and not isinstance(limit.bind(robot, STEP), RateLimit):
             yield limit
-
-
-@dataclass(frozen=True)
-class ClearanceTask(Task):
-    """Keep the distances of a limit at one posture: d + ∇d·v ≥ margin for pairs nearer than the influence.
-
-    Attributes:
-        limit: An `ObstacleLimit` or a `SelfCollisionLimit`; its `gain` is not used.
-    """
-
-    limit: ObstacleLimit | SelfCollisionLimit
-
-    def default_name(self) -> str:
-        """Return the name of the limit."""
-        return self.limit.name
-
-    def bind(self, robot: Robot, name: str) -> "BoundClearance":
-        """Return the rows for a robot; see `Task.bind`."""
-        return BoundClearance(self.limit.bind(robot, STEP), name)
-
-
-class BoundClearance(BoundTask):
-    """One row [m/s] for each pair of shapes; the error is how far a pair is inside the margin [m].
-
-    Args:
-        limit: The limit, bound to the robot.
-        name: Name of the task in its plan.
-    """
-
-    def __init__(self, limit: BoundDistance, name: str) -> None:
-        names = limit.distances.collision.names
-        super().__init__(name, names, ("m/s",) * len(names))
-        self._distances, self._margin, self._influence = limit.distances, limit.margin, limit.influence
-
-    def prepare(self, rows: LevelRows) -> None:
-        """Open the upper side; see `RowPart.prepare`."""
-        rows.upper[:] = np.inf
-
-    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
-        """Measure the distances and write the rows; see `RowPart.fill`."""
-        of = self._distances
-        of.update(configuration)
-        near = of.distance < self._influence
-        rows.A[:] = np.where(near[:, None], of.gradient, 0.0)
-        rows.lower[:] = np.where(near, self._margin + GOAL_POSITION - of.distance, -np.inf)
-        self.error[:] = np.maximum(self._margin - of.distance, 0.0)
 
 
 @dataclass(frozen=True)

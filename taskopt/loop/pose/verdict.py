@@ -9,6 +9,7 @@ from taskopt.loop.pose.solution import GoalError, Verdict
 from taskopt.loop.pose.stack import TRUST_REGION
 
 CONFIRMED = 3  # ends at the least error that make it the least of all
+_SPOKEN = 4  # limits that a sentence names
 SAME_END = 0.01  # share by which the merits of two ends may differ that count as the same error
 
 
@@ -91,7 +92,9 @@ def limits_in_the_way(resolution: Resolution, levels: int) -> tuple[str, ...]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names as a list in a sentence."""
+    """Return names as a list in a sentence; of many, the first ones and how many more there are."""
+    if len(names) > _SPOKEN + 1:
+        names = [*names[:_SPOKEN], f"{len(names) - _SPOKEN} more"]
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
