@@ -25,7 +25,7 @@ def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Copy finite numbers into an array.
 
     Args:
-        name: What the value is called in messages.
+        name: Name of the value in messages.
         value: Numbers, as an array or in nested lists.
         shape: The shape that is expected; None accepts any length along that axis.
 
@@ -45,7 +45,7 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Copy numbers into an array; ±inf is allowed.
 
     Args:
-        name: What the value is called in messages.
+        name: Name of the value in messages.
         value: Numbers, as an array or in nested lists.
         shape: The shape that is expected; None accepts any length along that axis.
 
@@ -77,7 +77,7 @@ def bound(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Copy bounds into an array; what is at least `NO_BOUND` in size means that there is no bound.
 
     Args:
-        name: What the value is called in messages.
+        name: Name of the value in messages.
         value: Numbers, as an array or in nested lists.
         shape: The shape that is expected; None accepts any length along that axis.
 
@@ -96,7 +96,7 @@ def positive(name: str, value: ArrayLike) -> float:
     """Check that a number is finite and > 0, and return it.
 
     Args:
-        name: What the value is called in messages.
+        name: Name of the value in messages.
         value: The number.
 
     Returns:

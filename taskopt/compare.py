@@ -29,7 +29,7 @@ class Comparison:
         resolvers: The resolvers, or their names (`taskopt list` shows them).
 
     Attributes:
-        scenario: As above.
+        scenario: The scenario.
         resolvers: The resolvers.
         baseline: Name of the resolver with whose path those of the others are compared: `pinv` if it is one
             of them, else the first.

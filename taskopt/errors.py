@@ -49,9 +49,9 @@ class UnknownName(TaskoptError, LookupError):
         hint: A sentence for the end of the message.
 
     Attributes:
-        kind: As above.
-        name: As above.
-        known: As above, a tuple.
+        kind: Kind of thing that was looked up.
+        name: The unknown name.
+        known: All names that there are, as a tuple.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
@@ -67,7 +67,7 @@ class UnknownName(TaskoptError, LookupError):
 
 
 class MissingFile(TaskoptError, FileNotFoundError):
-    """A file does not exist that the user named, or that another file refers to."""
+    """A file that the user named, or that another file refers to, does not exist."""
 
 
 class NotInstalled(TaskoptError, ImportError):
@@ -90,7 +90,7 @@ class Infeasible(TaskoptError, ValueError):
         hierarchy: The problem, a `Hierarchy`.
 
     Attributes:
-        hierarchy: As above, to be looked at or saved; None if there is none.
+        hierarchy: The problem, which can be inspected or saved; None if there is none.
     """
 
     def __init__(self, message: str, hierarchy: KeptProblem | None = None) -> None:
@@ -106,7 +106,7 @@ class NotSolved(TaskoptError, RuntimeError):
         resolution: The refused answer, a `Resolution`.
 
     Attributes:
-        resolution: As above, with the problem in `resolution.problem`; None if there is none.
+        resolution: The refused answer, with the problem in `resolution.problem`; None if there is none.
     """
 
     def __init__(self, message: str, resolution: RefusedAnswer | None = None) -> None:

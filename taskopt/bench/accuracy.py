@@ -171,9 +171,9 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     """Make the table of a measurement, at most 120 columns wide.
 
     Args:
-        cells: What `measure` yielded.
-        family: As for `measure`.
-        room: As for `measure`.
+        cells: Cells that `measure` yielded.
+        family: Kind of resolver, as in `measure`.
+        room: Bounds relative to the closed form, as in `measure`.
 
     Returns:
         One row for each solver and σ_min, four columns for each k.
@@ -217,7 +217,7 @@ def verdict(cells: Sequence[Cell]) -> str:
     """Summarise a measurement in a few sentences, and explain the columns of its table.
 
     Args:
-        cells: What `measure` yielded.
+        cells: Cells that `measure` yielded.
 
     Returns:
         The text.

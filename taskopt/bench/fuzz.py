@@ -133,7 +133,7 @@ class Floor:
         limit: The distance limit, bound to the robot.
 
     Attributes:
-        limit: As above.
+        limit: The distance limit.
         least: Least distance of each pair, (pairs,) [m].
     """
 

@@ -136,7 +136,7 @@ def table(methods: tuple[Method, ...]) -> Table:
     """Make the table of the comparison.
 
     Args:
-        methods: What `measure` yielded last.
+        methods: Methods that `measure` yielded last.
 
     Returns:
         One row for each method.

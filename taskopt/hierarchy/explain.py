@@ -38,7 +38,7 @@ def explain(
     Args:
         problem: The hierarchy that was answered.
         x: The answer, (n,).
-        status: What the resolver claims.
+        status: Claim of the resolver.
         certificate: The proof.
         active: The limits and inequalities that are active.
         review: Accuracy, ranks and causes; None if the answer was not reviewed.

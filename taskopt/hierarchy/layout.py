@@ -40,8 +40,8 @@ class Block:
         stop: The row after the last one.
         row_names: Name of each row within the block.
         row_units: Unit of each row's bounds, "" for plain numbers.
-        choices: Names that any row of the block may have from tick to tick, instead of its own; the label of
-            the row says which. Empty if each row has one name for good.
+        choices: Names that a row of the block may have instead of its own, as its label at a tick states.
+            Empty if the names of the rows never change.
     """
 
     name: str

@@ -242,7 +242,7 @@ class Hierarchy:
 
     @property
     def label(self) -> Array:
-        """Which of the names of its block each row has, counted from 1; 0 for its own name, (M,)."""
+        """Label of each row, (M,): the number of its name in its block, from 1 on; 0 for its own name."""
         return self.rows.label
 
     @property

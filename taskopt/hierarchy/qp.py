@@ -143,7 +143,7 @@ class Solution:
         x: The unknowns, (n,).
         y: Multipliers of the rows, (m,); positive at an upper bound.
         y_box: Multipliers of the box, (n,).
-        status: What the solver claims.
+        status: Claim of the solver.
         iterations: Number of its iterations.
     """
 

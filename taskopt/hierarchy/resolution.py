@@ -28,7 +28,7 @@ class Resolution:
         source: The hierarchy that was resolved; its layout and norm, which never change, are shared.
         answer: The flat answer (see `view`), which ends with a copy of the hierarchy's buffer.
         state: Final active set, (n + M,): −1 where a lower bound is active, 1 for an upper bound, else 0.
-        status: What the resolver claims.
+        status: Claim of the resolver.
         iterations: Number of iterations or factorisations that the resolver needed.
         reviewer: Function that makes the review of the answer when it is first needed, see `review`.
 

@@ -29,7 +29,8 @@ class Rows(NamedTuple):
         lower: Lower bounds of A x, (M,); −inf where there is none.
         upper: Upper bounds of A x, (M,); equal to `lower` in an equality.
         weight: Weight of each row in its level, (M,).
-        label: Which of the names of its block each row has at this tick, counted from 1; 0 for its own, (M,).
+        label: Label of each row at this tick, (M,): the number of its name in the `choices` of its block,
+            counted from 1; 0 for its own name.
         box_lower: Lower bounds of x, (n,).
         box_upper: Upper bounds of x, (n,).
         norm: The norm W that decides what stays free: its diagonal (n,), or all of it row by row (n · n,).

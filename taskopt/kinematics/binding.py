@@ -42,14 +42,14 @@ def bound_task(task: Task, robot: Robot, name: str) -> BoundTask:
 def named_obstacles(
     limits: Sequence[Limit], levels: Sequence[Sequence[Task]]
 ) -> tuple[list[Limit], dict[str, Shape]]:
-    """Name the obstacles of a stack, each once for the whole stack.
+    """Give each obstacle of a stack one name for the whole stack.
 
     Args:
         limits: Limits of the stack.
         levels: Tasks of the stack, by level.
 
     Returns:
-        The limits, with named obstacles; and all obstacles by name.
+        The limits with named obstacles, and a mapping from name to obstacle.
     """
     declared = [*limits, *chain(*levels)]
     groups = named_apart(checked_obstacles(owner.obstacles) if owner.obstacles else () for owner in declared)
@@ -93,10 +93,10 @@ def damping_of(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDampi
         k: Number of the level, from 1.
 
     Returns:
-        The damping with k; nothing if the level has no damping.
+        The pair of damping and k in a list, which is empty if the level has no damping.
 
     Raises:
-        InvalidValue: The level has two, or nothing that could be damped.
+        InvalidValue: The level has two dampings, or no rows that could be damped.
     """
     found = [task for task in level if isinstance(task, BoundLevelDamping)]
     others = sum(len(task.row_names) for task in level if task not in found)
@@ -136,7 +136,7 @@ def layout_of(
         robot: The robot.
         hard: Limits with rows, each with its name in the plan.
         levels: Bound tasks, by level.
-        owners: Names that the bounds of single velocities may go by.
+        owners: Names that the bounds of single velocities may have.
 
     Returns:
         Names and sizes.

@@ -149,7 +149,7 @@ class Axes:
     """The parameter "axes" of a task, which selects the rows that are on among those that were compiled.
 
     Args:
-        task: The task, which knows the names of its rows.
+        task: The task, which has the names of its rows.
         gate: Its gate.
     """
 

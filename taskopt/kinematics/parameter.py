@@ -28,7 +28,7 @@ class Parameter(Protocol):
         """Check a value when it is set, so that an error points at the line that sets it.
 
         Args:
-            value: What the user wrote.
+            value: The value that the user gave.
             over: Time over which the change is blended [s]; 0 for at once.
 
         Returns:
@@ -159,7 +159,7 @@ def one_number(name: str, value: ArrayLike, least: float, most: float = np.inf) 
 
     Args:
         name: Name of the parameter, for the message.
-        value: What the user wrote.
+        value: The value that the user gave.
         least: The number must be larger than this.
         most: The number must not be larger than this.
 

@@ -179,7 +179,7 @@ class PoseSpace:
             out[...] = self.convert(value, start)
 
     def convert_rate(self, rate: Value) -> Array:
-        """Turn a rate (6,) or (3,) into a checked rate (6,) along the axes of the world."""
+        """Convert a rate (6,) or (3,) to a checked rate (6,) along the axes of the world."""
         array = np.asarray(rate)
         if array.shape == (6,):
             return finite(f"rate of {self._name}", array, (6,))
@@ -229,7 +229,7 @@ class PostureSpace:
         self._table = coordinate_table(robot)
 
     def convert(self, value: Value, start: Array) -> Array:
-        """Turn a posture, or numbers of joints, into a checked posture (nq,), see `Space.convert`."""
+        """Convert a posture, or numbers of joints, to a checked posture (nq,); see `Space.convert`."""
         value = plain(value)
         whole = self._whole(value, self._robot.nq)
         if whole is not None:
@@ -248,7 +248,7 @@ class PostureSpace:
         out[...] = self.convert(value, start)
 
     def convert_rate(self, rate: Value) -> Array:
-        """Turn joint velocities into a checked rate (nv,), see `Space.convert_rate`."""
+        """Convert joint velocities to a checked rate (nv,); see `Space.convert_rate`."""
         rate = plain(rate)
         whole = self._whole(rate, self._robot.nv)
         if whole is not None:

@@ -112,7 +112,7 @@ class Plan:
         dt: Time [s] from one tick to the next.
 
     Attributes:
-        stack: What was declared.
+        stack: The declared stack.
         changes: Parameters by address, and the changes that wait for the next tick.
         tasks: The bound tasks in order of level; their errors and poses are those of the last `at`.
         limits: The bound limits, in order.
@@ -450,7 +450,7 @@ def _copied(
     """Make a plan that continues where another one is.
 
     Args:
-        stack: What was declared.
+        stack: The declared stack.
         robot: The robot.
         dt: Time [s] from one tick to the next.
         begun: Posture (nq,) and time at which the targets were anchored, or None before the start.

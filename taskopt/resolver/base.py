@@ -188,7 +188,7 @@ def answered(
         x: (n,) the answer.
         multipliers: (levels + 1, n + M) multipliers by level, unknowns first, then rows.
         state: (n + M,) final active set, see `Memory`.
-        status: What the resolver claims; SOLVED becomes FAILED if x is not finite.
+        status: Claim of the resolver; SOLVED becomes FAILED if x is not finite.
         iterations: Iterations that were spent.
         accuracy: Accuracy that was asked for in x, relative to its largest entry.
         levels: Ranks and damping by level, where the resolver decided them.

@@ -42,7 +42,7 @@ class PseudoInverse:
 
         Args:
             hierarchy: The problem of this tick.
-            memory: What the last call returned; None for a cold start.
+            memory: Memory that the last call returned; None for a cold start.
 
         Returns:
             The answer, and a memory that holds the ranks.
@@ -96,7 +96,7 @@ class DampedLeastSquares:
 
         Args:
             hierarchy: The problem of this tick.
-            memory: What the last call returned; None for a cold start.
+            memory: Memory that the last call returned; None for a cold start.
 
         Returns:
             The answer, and a memory that holds the ranks.

@@ -56,7 +56,7 @@ class ActiveSetWithFallback:
 
         Args:
             hierarchy: The problem of this tick.
-            memory: What the last call returned, for a warm start; None for a cold one.
+            memory: Memory that the last call returned, for a warm start; None for a cold one.
 
         Returns:
             The answer, and the memory for the next call.

@@ -178,7 +178,7 @@ class LeastViolation:
     Attributes:
         z: (p,) the answer.
         multipliers: Multipliers of the rows that must hold, followed by those of the level's inequalities.
-        status: What the solver claims.
+        status: Claim of the solver.
         iterations: Iterations of all programs that were solved.
         complete: True if every proximal step was solved.
     """

@@ -57,7 +57,7 @@ class ProgramSolution:
     Attributes:
         x: (n,) the unknowns, NaN if there is no answer.
         multipliers: (rows of G,) multipliers ≥ 0 of G x ≤ h.
-        status: What the solver claims.
+        status: Claim of the solver.
         iterations: Iterations of the solver.
     """
 

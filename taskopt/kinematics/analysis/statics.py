@@ -47,7 +47,7 @@ def velocity_transform(pose: ArrayLike) -> Array:
         J₁² (6, 6).
 
     Raises:
-        InvalidValue: The pose is none.
+        InvalidValue: The pose is not a rigid-body pose.
 
     Source:
         Equations (3.112), (3.113) and (3.114).
@@ -73,7 +73,7 @@ def force_transform(pose: ArrayLike) -> Array:
         (J₁²)ᵀ (6, 6).
 
     Raises:
-        InvalidValue: The pose is none.
+        InvalidValue: The pose is not a rigid-body pose.
 
     Source:
         Equations (3.115) and (3.116).

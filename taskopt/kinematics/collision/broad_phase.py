@@ -1,10 +1,10 @@
-"""The pairs of solids that can be near at this tick, found without measuring the others.
+"""The broad phase, which finds the pairs of solids that can be near without measuring the others.
 
-Each pair has a threshold. A lower bound of its distance is kept from the last time that the pair was looked
-at, and it falls with the motion since then. A pair is measured only if that bound, and then the spheres
-around its two solids, cannot show that it is beyond its threshold. Three bounds of the motion are tried, the
-cheapest first: the ways of the two solids in the world, the turns of the joints between them times their
-reach, and the spheres themselves.
+Each pair has a threshold, beyond which its distance does not matter. A lower bound of its distance is kept
+from the last time that the pair was examined, and is reduced by the motion since then. A pair is measured
+only if neither that bound nor the distance of the spheres around its two solids shows that it is beyond its
+threshold. Three bounds are tried, the cheapest first: the paths of the two solids in the world, the turns of
+the joints between them times their reach, and the spheres.
 
 Source: bounds on motion as in conservative advancement, Mirtich (1996), Impulse-based Dynamic Simulation of
 Rigid Body Systems, PhD thesis, University of California at Berkeley, section 2.3.
@@ -26,7 +26,7 @@ from taskopt.kinematics.geometry.coal import ball_around
 
 
 class Known(IntEnum):
-    """Rows of the array (5, P) that holds what is known of each pair."""
+    """Rows of the array (5, P) with the bounds and thresholds of all P pairs."""
 
     THRESHOLD = 0  # [m]
     DUE = 1  # the pair is looked at when the ways of its solids exceed this [m]
@@ -54,12 +54,12 @@ class BroadPhase:
     """
 
     def __init__(self, collision: Collision, between: Between, threshold: Array) -> None:
-        """Allocate the memory; nothing is known of any pair yet.
+        """Allocate the memory, in which no pair has a bound yet.
 
         Args:
             collision: The P pairs.
             between: The velocities that change their distances.
-            threshold: (P,) [m].
+            threshold: (P,) distance of each pair beyond which it need not be measured [m].
         """
         self.collision, self.between = collision, between
         count = len(collision.pairs)
@@ -78,10 +78,10 @@ class BroadPhase:
         self._sorted = np.empty((2, count), np.int64)
 
     def expect(self, threshold: Array) -> None:
-        """Take other thresholds; what is known of the distances stays known.
+        """Change the thresholds; the bounds on the distances are kept.
 
         Args:
-            threshold: (P,) [m].
+            threshold: (P,) distance of each pair beyond which it need not be measured [m].
         """
         self._known[Known.THRESHOLD] = threshold
         self._known[Known.DUE] = -np.inf  # so that every pair is compared with its new threshold
@@ -93,8 +93,8 @@ class BroadPhase:
             configuration: The robot at q.
 
         Returns:
-            The pairs that must be measured, and those that were nearer than their thresholds when they were
-            measured last and have not moved since.
+            Indices of the pairs that must be measured, and of those that were nearer than their thresholds at
+            the last measurement and have not moved since.
         """
         moved = self.collision.robot.difference(self._q, configuration.q)
         self._q[:] = configuration.q
@@ -109,7 +109,7 @@ class BroadPhase:
 
         Args:
             pairs: The pairs that were measured.
-            distance: (P,) the distances of all pairs; only those of `pairs` are read [m].
+            distance: (P,) the distances of all pairs [m], of which only those of `pairs` are read.
         """
         learn_into(pairs, distance, self._balls, self._solids, self._known)
 
@@ -132,16 +132,16 @@ def sort_pairs(placements, moved, turned, balls, solids, between, known, found):
     Args:
         placements: (joints + 1, 12) poses of the joints, see `Configuration`.
         moved: (nv,) motion since the last call [rad, m].
-        turned: (nv,) sum of |moved| over all calls; it grows here.
-        balls: (S, 21), see `Ball`; ways and places change here.
-        solids: (P, 2) places of the two solids of each pair.
+        turned: (nv,) sum of |moved| over all calls [rad, m], updated here.
+        balls: (S, 21) balls around the solids, see `Ball`; paths and poses are updated here.
+        solids: (P, 2) indices of the two solids of each pair.
         between: The velocities that change each distance.
         known: (5, P), see `Known`; bounds change here.
-        found: (2, P) receives the pairs that must be measured, and those that are as near as they were when
-            they were measured.
+        found: (2, P) receives the indices of the pairs that must be measured, and of those whose last
+            measurement is still valid.
 
     Returns:
-        The number of doubtful pairs, and that of unmoved ones.
+        The number of pairs that must be measured, and the number of those that have not moved.
     """
     if not (_add_turns(moved, turned) and _move_balls(placements, balls)):  # NaN: nothing is known any more
         known[Known.DUE, :] = -np.inf
@@ -189,7 +189,7 @@ def _add_turns(moved, turned):
 
 @kernel
 def _move_balls(placements, balls):
-    """Move the balls (S, 21) with their joints, and add to their ways; return False if a way is NaN."""
+    """Move the balls (S, 21) with their joints, and lengthen their paths; return False if one is NaN."""
     good = True
     for s in range(balls.shape[0]):
         ball, place = balls[s], placements[int(balls[s, Ball.JOINT])]
@@ -216,7 +216,7 @@ def _move_balls(placements, balls):
 
 @kernel
 def _travel_of(p, turned, between, balls, a, b):
-    """Return Σ ρ |q̇| of pair p over all time, and the ways of solids that are obstacles [m]."""
+    """Return Σ ρ |q̇| of pair p over all time, plus the paths of solids that are obstacles [m]."""
     travel = 0.0
     for i in range(between.start[p], between.start[p + 1]):
         travel += between.reach[i] * turned[between.column[i]]
@@ -229,7 +229,7 @@ def _travel_of(p, turned, between, balls, a, b):
 
 @kernel
 def _gap(balls, a, b):
-    """Return the distance between the balls around two solids [m]; −inf where one has no end."""
+    """Return the distance between the balls around two solids [m]; −inf if one of them is unbounded."""
     square = 0.0
     for i in range(3):
         square += (balls[a, Ball.PLACE + 12 + i] - balls[b, Ball.PLACE + 12 + i]) ** 2
@@ -244,7 +244,7 @@ def learn_into(pairs, distance, balls, solids, known):
         pairs: The pairs that were measured.
         distance: (P,) distances [m].
         balls: (S, 21), see `Ball`.
-        solids: (P, 2) places of the two solids of each pair.
+        solids: (P, 2) indices of the two solids of each pair.
         known: (5, P), see `Known`; bounds change here.
     """
     for p in pairs:

@@ -1,4 +1,4 @@
-"""Distances of the pairs that are near at a configuration; of the others, bounds."""
+"""Distances of the pairs that are near at a configuration, and lower bounds for all other pairs."""
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from taskopt.kinematics.configuration import Configuration
 class NearDistances(Distances):
     """Signed distances and gradients of the pairs that are nearer than their thresholds.
 
-    `update_near` measures only what the broad phase cannot rule out. `update` measures all pairs, as in
-    `Distances`.
+    `update_near` measures only the pairs that the broad phase cannot exclude. `update` measures all pairs, as
+    in `Distances`.
 
     Attributes:
         near: Indices of the pairs that were measured, and of those that were near and have not moved, as of
@@ -28,7 +28,7 @@ class NearDistances(Distances):
         Args:
             collision: The P pairs.
             between: The velocities that change their distances.
-            threshold: (P,) [m].
+            threshold: (P,) distance of each pair beyond which it need not be measured [m].
         """
         super().__init__(collision)
         self.broad_phase, self.between = BroadPhase(collision, between, threshold), between
@@ -49,8 +49,8 @@ class NearDistances(Distances):
     def measured(self) -> Measured:
         """Copy distances and nearest points, after `update_near`.
 
-        They are exact for the pairs that are nearer than their thresholds, and for the nearest of all. The
-        distance of any other pair is a lower bound, and its nearest points are old.
+        They are exact for the pairs that are nearer than their thresholds, and for the nearest of all. For
+        any other pair, the distance is a lower bound, and the nearest points are those of an earlier tick.
         """
         configuration = self._configuration
         if configuration is None:
@@ -79,7 +79,7 @@ class NearDistances(Distances):
 
 @kernel_apart
 def some_distances_into(pairs, contact, crossed, between, J, distance, gradient):
-    """Compute d and ∂d/∂q of some pairs as `distances_into` does of all.
+    """Compute d and ∂d/∂q of some pairs, as `distances_into` does for all pairs.
 
     Args:
         pairs: Indices of the pairs.

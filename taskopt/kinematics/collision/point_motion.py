@@ -1,4 +1,4 @@
-"""Bounds on what one step of a robot does to a point of it.
+"""Bounds on the motion of a point of a robot in one step.
 
 A step of Δt at constant velocities |v_k| ≤ s v̄_k moves a point by at most s · travel, and off its tangent by
 at most s² · bend. With ρ_k the largest distance of the point from joint k, and Ω = Σ v̄_k over turning joints,
@@ -23,11 +23,11 @@ from taskopt.kinematics.robot.robot import Robot
 
 
 class PointMotion(NamedTuple):
-    """How far a step at the nominal speeds v̄ moves a point.
+    """Bounds on the motion of a point in a step at the nominal speeds v̄.
 
     Attributes:
-        travel: Upper bound of its way [m].
-        bend: Upper bound of its distance from where its velocity alone leads [m].
+        travel: Upper bound of the length of its path [m].
+        bend: Upper bound of its distance from the point to which its initial velocity leads [m].
     """
 
     travel: float
@@ -35,13 +35,13 @@ class PointMotion(NamedTuple):
 
 
 def point_motion(robot: Robot, joint: int, offset: float, counted: BoolArray, dt: float) -> PointMotion:
-    """Bound what one step at the nominal speeds does to a point of a body.
+    """Compute bounds on the motion of a point of a body in one step at the nominal speeds.
 
     Args:
         robot: The robot.
         joint: Pinocchio's index of the joint that carries the body.
         offset: Distance of the point from the origin of the joint [m].
-        counted: Velocities that count, (nv,).
+        counted: True for each velocity that counts, (nv,).
         dt: Δt [s].
 
     Returns:

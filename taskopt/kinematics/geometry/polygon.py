@@ -1,4 +1,4 @@
-"""Convex polygons in the x-y plane of the world, by their edges."""
+"""Convex polygons in the x-y plane of the world, described by their edges."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from taskopt.hierarchy.tolerances import NO_DIRECTION
 
 
 class Edges(NamedTuple):
-    """The edges of a convex polygon in the x-y plane of the world: it is where normals · c ≤ offsets.
+    """The edges of a convex polygon, which is the set of points c (2,) with normals · c ≤ offsets.
 
     Attributes:
         normals: Unit normals that point outwards, (m, 2).
@@ -26,13 +26,13 @@ def polygon_edges(points: ArrayLike, margin: float) -> Edges:
 
     Args:
         points: Points (k, 2) or (k, 3) [m]; a third coordinate does not matter.
-        margin: How far every edge is moved inwards [m].
+        margin: Distance by which every edge is moved inwards [m].
 
     Returns:
         The edges, counter-clockwise.
 
     Raises:
-        InvalidValue: A point is not finite, the points enclose no area, or the margin leaves none.
+        InvalidValue: A point is not finite, the points enclose no area, or the margin leaves no area.
     """
     flat = finite("points", points, (None, None))
     if flat.shape[1] not in (2, 3):
@@ -79,7 +79,7 @@ def _convex_hull(points: Array) -> Array:
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:
-    """Return how far c lies to the left of the line from a to b [m], not above rounding as 0."""
+    """Return the distance of c to the left of the line from a to b [m]; 0 if it is only rounding."""
     along, out = b - a, c - a
     length = float(np.hypot(*along))
     left = float(along[0] * out[1] - along[1] * out[0]) / length if length > NO_DIRECTION else 0.0

@@ -83,7 +83,7 @@ class RateLimit:
 
 
 class Limit:
-    """Base of all limits: a declaration that knows no robot yet.
+    """Base of all limits: a declaration that does not depend on a robot yet.
 
     Attributes:
         name: Name in explanations, logs and plots.

@@ -28,7 +28,7 @@ class Braking:
     Attributes:
         margin: Least distance [m], ≥ 0.
         influence: Distance at which braking begins [m], > margin.
-        gain: Largest fraction of what is left that one step may take, in (0, 1].
+        gain: Largest fraction of the remaining distance that one step may take, in (0, 1].
     """
 
     margin: float
@@ -42,7 +42,7 @@ class Braking:
         Args:
             margin: Least distance [m].
             influence: Distance at which braking begins [m].
-            gain: Largest fraction of what is left that one step may take.
+            gain: Largest fraction of the remaining distance that one step may take.
 
         Returns:
             The record.
@@ -63,7 +63,7 @@ class SpeedBounds(BoundLimit):
 
     Args:
         name: Name of the limit.
-        nv: How many velocities there are.
+        nv: Number of velocities.
     """
 
     def __init__(self, name: str, nv: int) -> None:
@@ -193,7 +193,7 @@ def approach_into(distance, gradient, turn, known, settings, A, lower, share):
 
 @kernel
 def braked(distance, pair, settings):
-    """Compute how a pair at some distance may approach.
+    """Compute the largest approach of a pair at a given distance.
 
     Args:
         distance: d [m].

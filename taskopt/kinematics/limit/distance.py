@@ -29,8 +29,8 @@ class ObstacleLimit(Limit):
         obstacles: One shape or several, in the world.
         margin: Least distance [m]. More keeps farther away.
         influence: d_i > margin [m]. More begins to brake earlier.
-        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
-            and more gently.
+        gain: κ in (0, 1], the largest fraction of the remaining distance that one step may take. Less
+            brakes earlier and more gently.
         links: Names of links. Default: every link that moves.
         name: Name in explanations, logs and plots.
         rows: Largest number of rows. If there are more pairs, rows go from tick to tick to the pairs that can
@@ -78,8 +78,8 @@ class SelfCollisionLimit(Limit):
     Args:
         margin: Least distance [m]. More keeps farther apart.
         influence: d_i > margin [m]. More begins to brake earlier.
-        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
-            and more gently.
+        gain: κ in (0, 1], the largest fraction of the remaining distance that one step may take. Less
+            brakes earlier and more gently.
         pairs: Pairs of names of links. Default: all that the robot's SRDF leaves enabled, without neighbours
             and pairs that are within the margin in every posture; `choice` says how many are left.
         name: Name in explanations, logs and plots.

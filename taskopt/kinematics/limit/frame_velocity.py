@@ -20,18 +20,19 @@ Expressed = Literal["own", "world"]
 class FrameVelocityLimit(Limit):
     """Keep the velocity of a frame within −w_max ≤ J v ≤ w_max, along each axis.
 
-    Rows x, y, z [m/s], the velocity of the origin, and rx, ry, rz [rad/s], the angular velocity, in the axes
-    of the world or of the frame; only those with a bound.
+    J is the Jacobian of the frame. Rows x, y, z [m/s] hold the velocity of its origin, and rows rx, ry, rz
+    [rad/s] its angular velocity, along the axes of the world or of the frame. Only axes with a bound have a
+    row.
 
     Args:
         frame: Name of the frame.
-        linear: Largest speed along each axis [m/s], one number or three; inf is no bound.
-        angular: Largest angular speed about each axis [rad/s], one number or three; inf is no bound.
-        expressed: "world" or "own": the axes.
+        linear: Largest speed along each axis [m/s], one number or three; inf means no bound.
+        angular: Largest angular speed about each axis [rad/s], one number or three; inf means no bound.
+        expressed: "world" or "own": the axes of the rows.
         name: Name in explanations, logs and plots.
 
     Raises:
-        InvalidValue: A bound is negative or NaN, or there is none.
+        InvalidValue: A bound is negative or NaN, or there is no bound.
 
     Source:
         Equation (3.2) for J.
@@ -59,16 +60,16 @@ class FrameVelocityLimit(Limit):
 
 @dataclass(frozen=True, eq=False)
 class FloatingBaseVelocityLimit(Limit):
-    """Keep the velocity of a floating base within bounds, seen by a frame that is fixed to it.
+    """Keep the velocity of a floating base within bounds, measured at a frame that is fixed to it.
 
-    Rows are as in `FrameVelocityLimit`. In the axes of the frame they never change.
+    Rows are those of `FrameVelocityLimit`. Along the axes of the frame they never change.
 
     Args:
         linear: Largest speed of the frame's origin along each axis [m/s], one number or three; inf is no
             bound.
-        angular: Largest angular speed about each axis [rad/s], one number or three; inf is no bound.
+        angular: Largest angular speed about each axis [rad/s], one number or three; inf means no bound.
         frame: Name of a frame of the base. Default: the base's own.
-        expressed: "own" or "world": the axes.
+        expressed: "own" or "world": the axes of the rows.
         name: Name in explanations, logs and plots.
 
     Raises:
@@ -117,7 +118,8 @@ class BoundFrameVelocity(RowLimit):
         frame: Name of the frame.
         limits: Largest speeds, linear and angular, (6,) [m/s, rad/s]; inf where there is no bound.
         expressed: "world" or "own".
-        column: For each row j if it is the unit vector e_j for good, else −1; None: −1 for all.
+        column: For each row, the index j of the velocity if the row is always the unit vector e_j, else −1.
+            None means −1 for all rows.
     """
 
     def __init__(
@@ -187,6 +189,6 @@ def _speeds(linear: ArrayLike, angular: ArrayLike) -> Array:
 
 
 def _check_axes(expressed: str) -> None:
-    """Raise `InvalidValue` unless a word names axes."""
+    """Raise `InvalidValue` unless `expressed` is "world" or "own"."""
     if expressed not in ("own", "world"):
         raise InvalidValue(f"expressed must be 'own' or 'world', got {expressed!r}")

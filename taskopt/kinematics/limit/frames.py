@@ -1,4 +1,4 @@
-"""The distance between the origins of two frames, kept between bounds."""
+"""The limit on the distance between the origins of two frames."""
 
 from dataclasses import dataclass
 
@@ -16,26 +16,27 @@ from taskopt.kinematics.robot import Robot
 
 @dataclass(frozen=True)
 class FrameDistanceLimit(Limit):
-    """Keep the distance d = ‖p_a − p_b‖ of two frames between bounds, whatever the tasks want.
+    """Keep the distance d = ‖p_a − p_b‖ of the origins of two frames between two bounds.
 
         n·(J_a − J_b) v ≥ −κ (d − d_min − reserve)/Δt   for d < d_min + influence,   n = (p_a − p_b)/d
 
-    and likewise for d_max. Rows "nearest" and "farthest" [m/s]; bounds on the velocities keep one step
-    predictable (`BoundRoom`). Frames that start outside may stop or return. For the distance between bodies
-    instead of points, take `SelfCollisionLimit(pairs=[(link, link)])`.
+    and the same with the opposite sign for d_max. J_a and J_b are the positional parts of the frames'
+    Jacobians. The rows [m/s] are named "nearest" and "farthest"; bounds on the velocities limit the error of
+    one step (`BoundRoom`). Frames that start outside the bounds may stop or return. For the distance between
+    bodies instead of points, use `SelfCollisionLimit(pairs=[(link, link)])`.
 
     Args:
-        frame_a: Name of the one frame.
-        frame_b: Name of the other frame; one that is fixed to the world keeps a distance from that point.
+        frame_a: Name of the first frame.
+        frame_b: Name of the second frame, which may be fixed to the world.
         lower: d_min ≥ 0 [m].
-        upper: d_max [m]; inf is no bound.
-        influence: What is left where braking begins [m]. More begins to brake earlier.
-        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
-            and more gently.
+        upper: d_max [m]; inf means no bound.
+        influence: Distance from a bound at which braking begins [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of the remaining distance that one step may take. Less brakes
+            earlier and more gently.
         name: Name in explanations, logs and plots.
 
     Raises:
-        InvalidValue: The bounds are crossed or bound nothing, or a number is out of its range; or, when
+        InvalidValue: lower > upper, there is no bound at all, or a number is out of its range; or, when
             bound, both frames move as one body.
 
     Source:
@@ -93,7 +94,7 @@ class BoundFrameDistance(BoundRoom):
     term is added to the bend of "farthest".
 
     Args:
-        limit: What was declared.
+        limit: The declared limit.
         robot: The robot.
         dt: Δt [s].
         room: Numbers of the rows.
@@ -109,7 +110,7 @@ class BoundFrameDistance(BoundRoom):
         self._of_a, self._of_b = np.zeros((6, robot.nv)), np.zeros((6, robot.nv))
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
-        """Measure what is left to each bound; see `BoundRoom.measure`."""
+        """Measure the distance from each bound; see `BoundRoom.measure`."""
         a, b = self._limit.frame_a, self._limit.frame_b
         configuration.frame_into(a, self._pose_a, self._of_a)
         configuration.frame_into(b, self._pose_b, self._of_b)
@@ -129,7 +130,7 @@ class BoundFrameDistance(BoundRoom):
 
 
 def _motion(robot: Robot, frame: str, between: BoolArray, dt: float) -> PointMotion:
-    """Bound how far one step of the joints between two frames moves one of them."""
+    """Return bounds on the motion of one of two frames in one step of the joints between them."""
     joint = robot.frame_joint(frame)
     if joint == 0:
         return PointMotion(0.0, 0.0)

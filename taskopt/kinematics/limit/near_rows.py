@@ -1,4 +1,4 @@
-"""A distance limit for many pairs: rows only for those that can bind within a step."""
+"""A distance limit for many pairs, in which only pairs that can bind within a step have rows."""
 
 from typing import NamedTuple
 
@@ -16,20 +16,21 @@ from taskopt.kinematics.limit.bound_distance import BoundDistance, Braking, Pair
 
 
 class BoundNearDistance(BoundDistance):
-    """The limit of `BoundDistance` with a fixed number of rows, which serve other pairs from tick to tick.
+    """The limit of `BoundDistance` with a fixed number of rows, whose pairs change from tick to tick.
 
     A pair has a row only if its row can bind at the nominal speeds v̄. All others keep their distance by the
     bounds |v_k| ≤ s v̄_k alone, with s ≥ 1: beyond its threshold
 
         max(margin + travel + bend, min(influence, margin + reserve + travel/κ))
 
-    no pair can lose more than its room in a step, nor can its row bind, so it need not even be measured. For
-    a joint without a velocity limit, v̄ is still finite, and the bounds hold it to s v̄. Should more pairs
-    need a row than there are, those get them that would be the slowest without. The others keep their
-    margins by tighter bounds on the velocities alone; no distance is given up.
+    a pair cannot lose more than its distance from the margin in one step, nor can its row bind, so that it
+    need not be measured. v̄ is finite also for a joint without a velocity limit, and the bounds keep that
+    joint below s v̄. If more pairs need a row than there are rows, the rows go to the pairs that would
+    otherwise be slowed down most. The other pairs keep their margins by tighter bounds on the velocities, so
+    that all margins are kept.
 
-    The label of a row is the number of its pair, so that every bound names its pair; a pair keeps its row for
-    as long as it needs one.
+    The label of a row is the number of its pair, so that every bound has the name of its pair. A pair keeps
+    its row as long as it needs one.
 
     Args:
         collision: The pairs of shapes, P of them.
@@ -82,21 +83,21 @@ class BoundNearDistance(BoundDistance):
         np.multiply(self.share, self.speeds, out=self._bounds.memory)
 
     def _choose(self, braking: Array) -> IntArray:
-        """Choose the places of the pairs that get rows: of those that need one, the slowest without it."""
+        """Return the indices of the pairs that get rows: those that would be slowed down most without one."""
         needs = np.flatnonzero(~(braking[1] >= 1.0))  # NaN among them, so that it is found
         count = len(self.pair_of_row)
         return needs if needs.size <= count else needs[np.argsort(braking[2, needs], kind="stable")[:count]]
 
 
 def _thresholds(known: Array, gain: float) -> Array:
-    """Return the distance of each pair beyond which it can neither bind nor lose its room, (P,) [m]."""
+    """Return the threshold of each pair, beyond which it can neither bind nor reach its margin, (P,) [m]."""
     safe = known[Pair.MARGIN] + known[Pair.TRAVEL] + known[Pair.BEND]
     binds = known[Pair.MARGIN] + known[Pair.RESERVE] + known[Pair.TRAVEL] / gain
     return np.maximum(safe, np.minimum(binds, known[Pair.INFLUENCE]))
 
 
 def _share_beyond(known: Array, threshold: Array, listed: Between, gain: float, nv: int) -> Array:
-    """Return the s of each velocity that keeps all pairs safe which are beyond their thresholds, (nv,)."""
+    """Return the s of each velocity (nv,) that keeps the margins of all pairs beyond their thresholds."""
     room, travel, bend = threshold - known[Pair.MARGIN], known[Pair.TRAVEL], known[Pair.BEND]
     with np.errstate(divide="ignore"):
         safe = 2.0 * room / (travel + np.sqrt(travel * travel + 4.0 * bend * room))
@@ -137,7 +138,7 @@ class RowNumbers(NamedTuple):
 
 @kernel_apart
 def brake_pairs(near, distance, gradient, between, known, settings, braking, share):
-    """Compute the row of each near pair, and the bounds on the velocities that its losses in a step ask for.
+    """Compute the row of each near pair, and the bounds on the velocities that its loss in a step requires.
 
     Args:
         near: Indices of the near pairs, (N,).
@@ -175,11 +176,11 @@ def assign_rows(near, chosen, braking, gradient, between, served, rows, share):
 
     Args:
         near: Indices of the near pairs, (N,).
-        chosen: Places in `near` of the pairs that get rows.
+        chosen: Indices in `near` of the pairs that get rows.
         braking: (3, N), see `brake_pairs`.
         gradient: ∇d of all pairs along the velocities, (P, nv).
         between: The velocities that change each distance.
-        served: Which pairs the rows serve; changed here.
+        served: Assignment of pairs to rows, changed here.
         rows: The rows, written here.
         share: s of each velocity, (nv,), made smaller here.
     """

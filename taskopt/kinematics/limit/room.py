@@ -1,7 +1,7 @@
-"""Limits that keep values g(q) ≥ 0 of points of the robot: rows that brake, bounds that keep a step inside.
+"""Limits that keep values g(q) ≥ 0 for points of the robot, by rows that brake and bounds on velocities.
 
-The points are origins of frames, or centres of mass; `taskopt.kinematics.collision.point_motion` bounds what
-a step does to them.
+The points are origins of frames, or centres of mass; `taskopt.kinematics.collision.point_motion` bounds their
+motion in a step.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,10 +27,10 @@ class Room(NamedTuple):
 
     Attributes:
         names: Name of each row.
-        motions: How far a step moves the points of each row.
-        counted: Velocities that change each row, (m, nv).
+        motions: Bounds on the motion of the points of each row in a step.
+        counted: True for the velocities that change each row, (m, nv).
         influence: g at which braking begins [m].
-        gain: κ in (0, 1], the largest fraction of what is left that one step may take.
+        gain: κ in (0, 1], the largest fraction of the remaining distance that one step may take.
     """
 
     names: Sequence[str]
@@ -41,11 +41,11 @@ class Room(NamedTuple):
 
 
 class BoundRoom(RowLimit, BoundLimit):
-    """Rows ∇g·v ≥ −κ (g − reserve)/Δt for g < influence, and bounds |v_k| ≤ s v̄_k that keep a step inside.
+    """Rows ∇g·v ≥ −κ (g − reserve)/Δt for g < influence, and bounds |v_k| ≤ s v̄_k on the velocities.
 
     The reserve of a row is twice its bend, but at most half the influence. s is the largest share of the
-    nominal speeds with which no row can lose more in one step than its own bound leaves it. Rows and bounds
-    all allow v = 0; outside, where g < 0, the robot may stop or return.
+    nominal speeds v̄ for which no row can lose more in one step than its own bound leaves. All rows and
+    bounds allow v = 0. If g < 0, the robot may stop or return.
 
     Args:
         name: Name of the limit.
@@ -55,7 +55,7 @@ class BoundRoom(RowLimit, BoundLimit):
 
     Attributes:
         value: g of each row, as of the last `fill`, (m,) [m].
-        bend: Bound of what a step at s = 1 loses of g beyond ∇g·v Δt, (m,) [m].
+        bend: Bound on the loss of g beyond ∇g·v Δt in a step at s = 1, (m,) [m].
         share: s of each velocity, as of the last `fill`, (nv,).
     """
 
@@ -72,7 +72,7 @@ class BoundRoom(RowLimit, BoundLimit):
         self.share: Array = np.full(robot.nv, np.inf)
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
-        """Measure the values that are kept.
+        """Compute g and its gradient at a configuration.
 
         Args:
             configuration: Robot at the posture of this tick.
@@ -87,7 +87,7 @@ class BoundRoom(RowLimit, BoundLimit):
         raise NotImplementedError(f"{type(self).__name__} lacks measure()")
 
     def retime(self, dt: float) -> None:
-        """Take another Δt [s]; see `Part.retime`."""
+        """Change Δt [s]; see `Part.retime`."""
         # The travel of a step is proportional to Δt, and its bend to the square.
         longer = dt / self._dt
         self._travel *= longer
@@ -153,14 +153,14 @@ def brake_into(known, settings, gradient, counted, A, lower, share):
 
 
 def checked_braking(influence: float, gain: float) -> tuple[float, float]:
-    """Return influence and gain of a limit.
+    """Check influence and gain of a limit, and return them.
 
     Args:
         influence: Value at which braking begins [m].
-        gain: κ, the largest fraction of what is left that one step may take.
+        gain: κ, the largest fraction of the remaining distance that one step may take.
 
     Returns:
-        Both.
+        Influence [m] and gain.
 
     Raises:
         InvalidValue: Unless influence > 0 and 0 < gain ≤ 1.

@@ -1,4 +1,4 @@
-"""The centre of mass above a polygon, whatever the tasks want."""
+"""The limit that keeps the centre of mass above a polygon."""
 
 from dataclasses import dataclass
 
@@ -16,24 +16,25 @@ from taskopt.kinematics.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class SupportPolygonLimit(Limit):
-    """Let the centre of mass c leave no convex polygon of the ground: −n_i·J_c v ≥ −κ (g_i − reserve)/Δt.
+    """Keep the centre of mass c above a convex polygon: −n_i·J_c v ≥ −κ (g_i − reserve)/Δt.
 
-    g_i = o_i − margin − n_i·c is what is left to edge i, n_i its outward normal. There is one row [m/s] for
-    each edge, named "edge 1" and so on; bounds on the velocities keep one step predictable (`BoundRoom`). A
-    centre of mass that starts outside may stop or return.
+    g_i = o_i − margin − n_i·c is the distance of c from edge i less the margin, with the outward normal n_i
+    and the offset o_i of that edge; J_c is the Jacobian of c. There is one row [m/s] for each edge, named
+    "edge 1" and so on. Bounds on the velocities limit the error of one step (`BoundRoom`). A centre of mass
+    that starts outside may stop or return.
 
     Args:
         points: Corners (k, 2) or (k, 3) [m] in the world, in any order; their heights do not matter, and the
             polygon is their convex hull.
         margin: Distance that is kept from each edge, inside [m].
-        influence: What is left where braking begins [m]. More begins to brake earlier.
-        gain: κ in (0, 1], the largest fraction of what is left that one step may take. Less brakes earlier
-            and more gently.
+        influence: Value of g_i at which braking begins [m]. More begins to brake earlier.
+        gain: κ in (0, 1], the largest fraction of the remaining distance that one step may take. Less brakes
+            earlier and more gently.
         name: Name in explanations, logs and plots.
 
     Raises:
-        InvalidValue: The points enclose no area, the margin leaves none, or a number is out of its range; or,
-            when bound, the robot has no mass.
+        InvalidValue: The points enclose no area, the margin leaves no area, or a number is out of its range;
+            or, when bound, the robot has no mass.
 
     Source:
         The velocity damper of Faverjon and Tournassoud (1987), applied to each edge.
@@ -71,7 +72,7 @@ class BoundSupportLimit(BoundRoom):
         robot: The robot.
         dt: Δt [s].
         room: Numbers of the rows.
-        edges: Edges that are kept.
+        edges: Edges of the polygon, moved inwards by the margin.
     """
 
     def __init__(self, name: str, robot: Robot, dt: float, room: Room, edges: Edges) -> None:
@@ -79,14 +80,14 @@ class BoundSupportLimit(BoundRoom):
         self._edges = edges
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
-        """Measure what is left to each edge; see `BoundRoom.measure`."""
+        """Measure the distance from each edge; see `BoundRoom.measure`."""
         centre, J = configuration.centre_of_mass()
         gradient[:] = -self._edges.normals @ J[:2]
         return self._edges.offsets - self._edges.normals @ centre[:2]
 
 
 def _motion(robot: Robot, dt: float) -> PointMotion:
-    """Bound how far one step moves the centre of mass: the mean of its bodies, by mass."""
+    """Return bounds on the motion of the centre of mass in one step: the mean of those of the bodies."""
     _, bodies = robot.carried()
     every = np.ones(robot.nv, dtype=bool)
     motions = np.array(

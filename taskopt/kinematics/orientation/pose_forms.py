@@ -30,7 +30,7 @@ def is_pair(value: object) -> bool:
     """Return True if a value is a pair of a position and a quaternion.
 
     Args:
-        value: What a user wrote.
+        value: The value that a user gave.
 
     Returns:
         True for a tuple or list of three numbers and four numbers.
@@ -41,19 +41,19 @@ def is_pair(value: object) -> bool:
 def as_pose(name: str, value: object, start: Array) -> Array:
     """Read a pose in any of its forms.
 
-    A quaternion stands as (x, y, z, w), the real part last, as in ROS and Pinocchio.
+    A quaternion is (x, y, z, w), with the real part last, as in ROS and Pinocchio.
 
     Args:
         name: Name of the value in messages.
         value: A pose (4, 4), an object with such a matrix, a position (3,) [m], a rotation (3, 3), a pair of
             position (3,) and quaternion (4,), or both in one array (7,).
-        start: Pose (4, 4) from which position or rotation is taken where the value leaves it open.
+        start: Pose (4, 4) from which the position or rotation is taken if the value does not state it.
 
     Returns:
         A new pose (4, 4).
 
     Raises:
-        InvalidValue: The value has none of these forms, or a rotation or quaternion is none.
+        InvalidValue: The value has none of these forms, or its rotation or quaternion is invalid.
     """
     if isinstance(value, Homogeneous):
         return checked_pose(name, value.homogeneous)

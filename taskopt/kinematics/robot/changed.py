@@ -1,4 +1,4 @@
-"""Parts of a robot with a change: one more frame, or tighter limits."""
+"""Changed parts of a robot, with an additional frame or with tighter limits."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -18,12 +18,13 @@ from taskopt.kinematics.robot.parts import Parts
 
 @dataclass(frozen=True)
 class TighterLimits:
-    """Limits that are to be tighter than those of the robot's file.
+    """Limits that replace wider limits of a robot.
 
     Attributes:
         position: q_min and q_max of joints [rad, m], by name.
         velocity: v_max of joints [rad/s, m/s], by name.
-        margin: What is taken off at both ends of every range, or of those of single joints by name [rad, m].
+        margin: Amount by which both ends of the ranges move inwards [rad, m], for all joints or by name of
+            joint.
     """
 
     position: Mapping[str, tuple[float, float]]
@@ -102,7 +103,7 @@ def _joint(model: Model, name: str, *, single: bool = True) -> JointModel:
 
 
 def _margins(model: Model, margin: float | Mapping[str, float]) -> dict[str, float]:
-    """Return the margin of each joint that gets one: those named, or all that have a finite range."""
+    """Return the margin of each joint that gets one: the named joints, or all joints with a finite range."""
     if isinstance(margin, Mapping):
         return {name: float(number) for name, number in margin.items()}
     if margin == 0.0:

@@ -139,7 +139,7 @@ def add_chain(
         model: The tree, to which the joints and frames are added.
         shapes: Its shapes, to which the capsules are added.
         rows: One row for each joint.
-        names: What follows "joint" and "link" in the names, one for each joint.
+        names: Text that follows "joint" and "link" in the names, one for each joint.
         start: (4, 4) pose of the chain's frame 0 in the world [m].
         radius: Radius of the capsules [m].
 

@@ -224,7 +224,7 @@ def unit(name: str, value: ArrayLike) -> Array:
     """Scale a vector to length 1.
 
     Args:
-        name: What the value is called in messages.
+        name: Name of the value in messages.
         value: The vector, (3,).
 
     Returns:

@@ -1,8 +1,8 @@
-"""Tasks: a declaration that, bound to a robot, becomes rows of a level.
+"""Base classes of tasks: declarations that, bound to a robot, become rows of a level.
 
-A task is declared once and knows no robot. `bind` makes a `BoundTask` of it for one robot and one plan, which
-fills its rows in place on every tick. Own tasks derive from `Task` and `BoundTask`;
-`taskopt.testing.check_task` tries whether they keep what is promised here.
+A declared task does not depend on a robot. `bind` makes a `BoundTask` of it for one robot and one plan, which
+fills its rows in place on every tick. User-written tasks derive from `Task` and `BoundTask`;
+`taskopt.testing.check_task` checks that they fulfil the contract of these classes.
 """
 
 import re
@@ -148,7 +148,7 @@ class BoundTask(RowPart):
 
 
 class Task:
-    """Base of all tasks: a declaration that knows no robot yet.
+    """Base of all tasks: a declaration that does not depend on a robot yet.
 
     Attributes:
         name: Name in logs and plots; None: the stack takes `default_name`.

@@ -153,7 +153,7 @@ def checked_factor(name: str, factor: ArrayLike) -> float:
     """Return a factor of damping.
 
     Args:
-        name: What the factor is called in messages.
+        name: Name of the factor in messages.
         factor: μ.
 
     Returns:

@@ -217,7 +217,7 @@ class BoundFrame(AimedTask):
         Args:
             robot: Robot that has the frame.
             target: Target, in the terms of `taskopt.kinematics.target`.
-            mode: Which error the kernel takes: `OWN`, `WORLD` or `POSITION` of `frame_kernel`.
+            mode: Kind of error, `OWN`, `WORLD` or `POSITION` of `frame_kernel`.
         """
         self.take_target(target, PoseSpace(f"target of '{self.name}'", angular=self._rows[0] >= 3))
         head = [mode, robot.frame_joint(self._frame), len(self._rows)]

@@ -1,4 +1,4 @@
-"""Kinetic energy as a task: joints that carry much move less than those that carry little."""
+"""The task of little kinetic energy, by which joints that carry much mass move less than others."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ from taskopt.kinematics.task.base import BoundTask, Task, weights
 class KineticEnergyTask(Task):
     """Move with little kinetic energy: √λ_i u_iᵀ v = 0 for each eigenvalue λ_i of the mass matrix M(q).
 
-    The rows cost ½ Σ λ_i (u_iᵀ v)² = ½ vᵀ M v, the kinetic energy [J]. They are nv rows without a unit, and
-    ask for every joint: beside other tasks, or on the last level. On a level of its own it chooses, among all
-    velocities that the levels before leave, the one of least energy.
+    The rows cost ½ Σ λ_i (u_iᵀ v)² = ½ vᵀ M v, the kinetic energy [J]. They are nv rows without a unit, which
+    decide the velocity of every joint, so that nothing is left to the levels below. On a level of its own the
+    task chooses the velocity of least energy among all that the levels before leave free.
 
     Args:
         weight: Factor of ½ vᵀ M v within the level. More lets this task win over others of the same level.

@@ -51,7 +51,7 @@ class GradientTask(Task):
 
     @property
     def obstacles(self) -> Sequence[Shape]:
-        """Shapes that the objective depends on, to be drawn."""
+        """Shapes that the objective depends on, which a viewer draws."""
         return self.objective.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundGradient":
@@ -140,7 +140,7 @@ class ObjectiveTask(Task):
 
     @property
     def obstacles(self) -> Sequence[Shape]:
-        """Shapes that the objective depends on, to be drawn."""
+        """Shapes that the objective depends on, which a viewer draws."""
         return self.objective.obstacles
 
     def bind(self, robot: Robot, name: str) -> "BoundObjective":  # noqa: ARG002

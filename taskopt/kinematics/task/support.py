@@ -1,4 +1,4 @@
-"""The centre of mass above a polygon, as an inequality task; `SupportPolygonLimit` keeps it as a limit."""
+"""The inequality task that keeps the centre of mass above a polygon; `SupportPolygonLimit` is the limit."""
 
 from dataclasses import dataclass, field
 
@@ -27,13 +27,13 @@ class SupportPolygonTask(Task):
         margin: Distance that is kept from each edge, inside [m].
         gain: K [1/s]. More lets the centre of mass come closer to an edge before the row brakes, and brings
             it back faster from outside.
-        weight: Factor of ½ d² within the level [s²/m²], d being how much a row is missed. More lets this task
+        weight: Factor of ½ d² within the level [s²/m²], with d the violation of a row. More lets this task
             win over others of the same level.
         name: Name in logs and plots. Default: "support polygon".
 
     Raises:
-        InvalidValue: The points enclose no area, the margin leaves none, or a number is out of its range; or,
-            when bound, the robot has no mass.
+        InvalidValue: The points enclose no area, the margin leaves no area, or a number is out of its range;
+            or, when bound, the robot has no mass.
 
     Source:
         The velocity damper of Faverjon and Tournassoud (1987), applied to each edge.
@@ -65,7 +65,7 @@ class BoundSupport(BoundTask):
 
     Args:
         name: Name of the task in its plan.
-        edges: Edges that are kept, m of them.
+        edges: Edges of the polygon, moved inwards by the margin, m of them.
         gain: K [1/s].
         weight: Weight of every row.
 

@@ -137,7 +137,7 @@ class BoundJointVelocities(_BoundUnitRows):
 
         Args:
             target: q̇_d (m,) [rad/s, m/s], or a function of the time [s] that returns it.
-            space: The joints that it speaks of.
+            space: The joints for which it has values.
         """
         self._space, self._of_time = space, target if callable(target) else None
         self._velocity = np.zeros(space.tangent) if callable(target) else space.convert_rate(target)

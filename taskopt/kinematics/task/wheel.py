@@ -31,7 +31,7 @@ class RollingTask(Task):
         hub: Name of a frame of the wheel whose origin is the centre of the wheel.
         radius: ρ > 0 [m].
         floor: Name of a frame in whose plane z = 0 the floor is. Default: the world.
-        gain: K [1/s]: how fast the wheel comes to its height; it must stay below 2/Δt.
+        gain: K [1/s]. More brings the wheel to its height faster; it must stay below 2/Δt.
         weight: Factor of ½ (A v − b)² within the level [s²/m²], one number or three. More lets this task win
             over others of the same level.
         name: Name in logs and plots. Default: the name of the hub and "rolling".
@@ -73,9 +73,10 @@ class RollingTask(Task):
 
 @dataclass(frozen=True, eq=False)
 class OmniwheelTask(Task):
-    """Let an omniwheel roll: its contact does not slip in the rolling direction, and may along the axle.
+    """Let an omniwheel roll, whose contact may slip along the axle but not in the rolling direction.
 
-    With u the direction of the floor at right angles to the axle, and the rest as in `RollingTask`,
+    With u the direction in the plane of the floor at right angles to the axle, and all other symbols as in
+    `RollingTask`,
 
         roll: u·v_c = 0,    z: v_c,z = K (ρ − h).
 
@@ -87,7 +88,7 @@ class OmniwheelTask(Task):
         radius: ρ > 0 [m].
         floor: Name of a frame in whose plane z = 0 the floor is. Default: the world.
         axle: Direction (3,) of the axle in the frame of the hub.
-        gain: K [1/s]: how fast the wheel comes to its height; it must stay below 2/Δt.
+        gain: K [1/s]. More brings the wheel to its height faster; it must stay below 2/Δt.
         weight: Factor of ½ (A v − b)² within the level [s²/m²], one number or two. More lets this task win
             over others of the same level.
         name: Name in logs and plots. Default: the name of the hub and "rolling".
@@ -161,14 +162,15 @@ class Wheel(NamedTuple):
         return Wheel(hub, floor, radius)
 
     def contact(self, configuration: Configuration) -> tuple[Array, Array, float]:
-        """Compute how the wheel moves where it touches the floor.
+        """Compute the motion of the wheel at its contact with the floor.
 
         Args:
             configuration: The robot at q.
 
         Returns:
-            Rotation of the floor (3, 3) in the world; Jacobian (3, nv) of v_c in the axes of the floor; and
-            the height h of the hub above the floor [m].
+            Rotation of the floor (3, 3) in the world; Jacobian (3, nv) of v_c, the velocity of the wheel at
+            the contact relative to the floor, in the axes of the floor; and the height h of the hub above the
+            floor [m].
         """
         floor, of_floor = np.eye(4), np.zeros((6, configuration.robot.nv))
         if self.floor is not None:
@@ -188,7 +190,7 @@ class BoundRolling(BoundTask):
     Args:
         name: Name of the task in its plan.
         wheel: The wheel.
-        gain: K of each row [1/s], (3,); 0 where a velocity is asked for outright.
+        gain: K of each row [1/s], (3,); 0 for rows that ask for a velocity.
         weight: Weight of each row, (3,).
     """
 
@@ -210,7 +212,7 @@ class BoundOmniwheel(BoundTask):
     Args:
         name: Name of the task in its plan.
         wheel: The wheel.
-        gain: K of each row [1/s], (2,); 0 where a velocity is asked for outright.
+        gain: K of each row [1/s], (2,); 0 for rows that ask for a velocity.
         weight: Weight of each row, (2,).
     """
 
@@ -239,7 +241,7 @@ class BoundOmniwheel(BoundTask):
 
 
 def _checked(hub: str, radius: float, floor: str | None) -> None:
-    """Raise `InvalidValue` unless a wheel has a radius and a floor of its own."""
+    """Raise `InvalidValue` unless the radius is positive, and hub and floor are different frames."""
     positive("radius", radius)
     if hub == floor:
         raise InvalidValue(f"a wheel needs a floor that is another frame than its hub, got '{hub}' twice")

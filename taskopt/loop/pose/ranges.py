@@ -1,4 +1,4 @@
-"""The ranges in which the limits of a stack keep single coordinates of a posture."""
+"""The ranges to which the limits of a stack restrict single coordinates of a posture."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from taskopt.kinematics.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class PositionRanges:
-    """Ranges of the coordinates that have a rate of their own.
+    """Ranges of the coordinates whose rate is a velocity of the robot.
 
     Attributes:
-        places: Places of these coordinates in q, (k,).
-        columns: Their columns in v, (k,).
+        places: Indices of these coordinates in q, (k,).
+        columns: Indices of their rates in v, (k,).
         lower: Lower ends, (k,) [rad, m]; −inf where there is none.
         upper: Upper ends, (k,) [rad, m]; inf where there is none.
     """
@@ -29,7 +29,7 @@ class PositionRanges:
     upper: Array
 
     def contain(self, q: Array) -> bool:
-        """Return True if a posture is inside, but for rounding.
+        """Return True if a posture is inside the ranges, up to rounding.
 
         Args:
             q: Posture, (nq,) [rad, m].
@@ -38,7 +38,7 @@ class PositionRanges:
         return bool(((value >= self.lower - JOINT_RANGE) & (value <= self.upper + JOINT_RANGE)).all())
 
     def moved_inside(self, q: Array) -> Array:
-        """Move a posture inside.
+        """Move a posture into the ranges.
 
         Args:
             q: Posture, (nq,) [rad, m].
@@ -52,14 +52,14 @@ class PositionRanges:
 
 
 def position_ranges(limits: Iterable[Limit], robot: Robot) -> PositionRanges:
-    """Return the ranges in which position limits keep a robot, their margins taken off.
+    """Return the ranges to which position limits restrict a robot, reduced by their margins.
 
     Args:
-        limits: Limits with gain 1; those that are no `JointPositionLimit` are passed over.
+        limits: Limits with gain 1, of which only those of the class `JointPositionLimit` are read.
         robot: The robot.
 
     Returns:
-        The ranges, open where no limit is in force.
+        The ranges, which are infinite for coordinates without a limit.
     """
     at = Configuration(robot, robot.posture("middle"))
     bounds = np.array([[-np.inf], [np.inf], [0.0], [0.0]]).repeat(robot.nv, axis=1)

@@ -1,4 +1,4 @@
-"""What a stack asks of a single posture: goals that stand still, limits on postures, and a bound on the step.
+"""The stack for a single posture: goals that stand still, limits on postures, and a bound on the step.
 
 A step of the search takes Δt = 1 s and gain 1 1/s, so that a tick asks for Newton's step, and the velocity of
 a tick is a displacement. Tasks and limits of velocity and acceleration speak of motions and bind no posture.

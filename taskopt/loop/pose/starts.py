@@ -1,4 +1,4 @@
-"""Where a search begins: postures drawn at random once, taken in the order of their distance to the goals."""
+"""Starts of a search: random postures, in the order of the distance of their frames from the goals."""
 
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +22,7 @@ def drawn(robot: Robot, count: int, seed: int, within: PositionRanges | None = N
 
     Args:
         robot: The robot.
-        count: How many.
+        count: Number of postures.
         seed: Seed of the random numbers.
         within: Ranges inside those of the robot, such as those of limits with margins.
 
@@ -74,7 +74,7 @@ class Starts:
         """Yield postures in the order in which their frames are near the goals as they are aimed at now.
 
         Args:
-            count: How many.
+            count: Number of postures.
             near: Posture (nq,) to which they are to be near, too, or None.
 
         Yields:

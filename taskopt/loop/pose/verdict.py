@@ -14,12 +14,12 @@ SAME_END = 0.01  # share by which the merits of two ends may differ that count a
 
 
 class Evidence(NamedTuple):
-    """What is known after all starts of a search.
+    """The evidence after all starts of a search.
 
     Attributes:
         starts: Number of starts.
         ends: Number of starts whose error is the least one, but for `SAME_END`.
-        errors: What each goal lacks at the nearest end, by name.
+        errors: Error of each goal at the nearest end, by name.
         limits: Limits that hold the nearest end back, by name and side.
         free: True if the goals are met without the limits; False where that was not found or not tried.
     """
@@ -35,7 +35,7 @@ def judge(known: Evidence) -> tuple[Verdict, str]:
     """Judge a search none of whose starts has met the goals.
 
     Args:
-        known: What is known.
+        known: The evidence.
 
     Returns:
         The verdict, and its reason in one sentence.
@@ -111,7 +111,7 @@ def same_ends(merits: Sequence[float]) -> int:
         merits: Merit of each end.
 
     Returns:
-        How many, the least included.
+        Number of such descents, that with the least merit included.
     """
     least = min(merits)
     return sum(merit <= least * (1.0 + SAME_END) for merit in merits)

@@ -144,7 +144,7 @@ def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solut
     Algorithm 1.
 
     Args:
-        factor: What `factorise` filled.
+        factor: The factorisation that `factorise` filled.
         scale: (M,) size of each row.
         target: (M,) right-hand side of each row in W, from which the terms of the held unknowns are
             subtracted.
@@ -228,7 +228,7 @@ def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
     """Set the free unknowns of x to Q z, by the reflections in reverse order.
 
     Args:
-        factor: What `factorise` filled.
+        factor: The factorisation that `factorise` filled.
         z: (f,) coordinates of the free unknowns.
         x: (n,) whose free entries are overwritten.
     """
@@ -266,8 +266,8 @@ def multipliers_of_level(
     Args:
         A: (M, n) scaled rows.
         scale: (M,) size of each row.
-        factor: What `factorise` filled.
-        solution: What `solve_levels` filled.
+        factor: The factorisation that `factorise` filled.
+        solution: The solution that `solve_levels` filled.
         state: (n + M,) `Held` of each unknown and row.
         x: (n,) the solution.
         k: The level, 0 for the hard rows; the number of levels denotes the norm, whose gradient is x.
