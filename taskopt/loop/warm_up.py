@@ -13,6 +13,7 @@ import numpy as np
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry import Sphere
 from taskopt.kinematics.limit import (
+    FrameDistanceLimit,
     JointAccelerationLimit,
     JointPositionLimit,
     JointVelocityLimit,
@@ -31,8 +32,10 @@ from taskopt.kinematics.task import (
     GazeTask,
     GradientTask,
     JointTask,
+    LookAtTask,
     OrientationTask,
     PositionTask,
+    RelativeFrameTask,
     Task,
 )
 from taskopt.loop.controller import Controller
@@ -66,7 +69,7 @@ def warm_up() -> None:
 
 
 def _stacks() -> Iterator[tuple[Robot, Stack]]:
-    """Yield arms with stacks that together contain every task and limit with a kernel."""
+    """Yield arms with stacks that together call every kernel of tasks and limits."""
     line = Line(by=(0.1, 0.0, 0.0), duration=1.0)
     tip: list[Task] = [PositionTask("tip", target=line, axes="xy")]
     rates: list[Limit] = [JointPositionLimit(), JointVelocityLimit(), JointAccelerationLimit(50.0)]
@@ -78,6 +81,9 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
             [[FrameTask("tip", target=turn)], [OrientationTask("tip", axes="y")], [JointTask()]], limits=rates
         ),
     )
+    seen: list[Task] = [LookAtTask("tip", (2.0, 1.0, 0.0), axis=(1.0, 0.0, 0.0))]
+    near: list[Limit] = [FrameDistanceLimit("tip", "link1", lower=0.1)]
+    yield arm, Stack([[RelativeFrameTask("tip", "link1", axes="xy")], seen, [JointTask()]], limits=near)
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
     gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
     yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)
