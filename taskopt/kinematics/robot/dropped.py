@@ -7,7 +7,7 @@ from pathlib import Path
 
 from taskopt.errors import DroppedWarning
 
-_PACKAGE = str(Path(__file__).parents[2])
+_PACKAGE = str(Path(__file__).parents[2] / "_").removesuffix("_")  # with the separator at its end
 
 
 def warn_of_dropped(path: str | Path, dropped: Sequence[str]) -> None:

@@ -12,7 +12,7 @@ import pinocchio as pin
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.engine import GeometryModel, JointModel, Model
-from taskopt.kinematics.robot.xml_file import parse
+from taskopt.kinematics.robot.xml_file import finite_numbers, parse
 
 States = Mapping[str, Mapping[str, list[float]]]
 """For each named state, the values [rad, m] of each of its joints."""
@@ -111,11 +111,8 @@ def add_pairs(model: Model, shapes: GeometryModel, srdf: Path) -> None:
 
 def _values(where: str, text: str) -> list[float]:
     """Return the numbers of a value."""
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if not values or not np.isfinite(values).all():
+    values = finite_numbers(text)
+    if not values:
         expand = "; expand it with xacro first" if "${" in text or "$(" in text else ""
         raise InvalidValue(f"{where} has the value '{text}', which is no number [rad, m]{expand}")
     return values

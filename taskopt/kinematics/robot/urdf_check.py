@@ -105,8 +105,9 @@ def _xacro(path: Path, found: str) -> InvalidValue:
 def _refuse_xacro(path: Path, root: ET.Element) -> None:
     """Raise `InvalidValue` for a macro, or for an expression in a link or a joint."""
     for element in root.iter():
-        if "xacro" in str(element.tag).partition("}")[0]:
-            raise _xacro(path, f"an element <xacro:{str(element.tag).partition('}')[2]}>")
+        space, _, tag = str(element.tag).rpartition("}")
+        if "xacro" in space:
+            raise _xacro(path, f"an element <xacro:{tag}>")
     for owner in (root, *root.findall("link"), *root.findall("joint")):
         for element in [owner] if owner is root else owner.iter():
             for text in (*element.attrib.values(), element.text or ""):
@@ -275,29 +276,29 @@ def _dropped_of_joints(joints: list[ET.Element]) -> Iterator[str]:
         for sentence in _surprises(joint, kind):
             said[sentence].append(name)
     for sentence, names in said.items():
-        yield sentence.format(f"joint {names[0]}" if len(names) == 1 else f"joints {', '.join(names)}")
+        yield (f"joint {names[0]}" if len(names) == 1 else f"joints {', '.join(names)}") + sentence
 
 
 def _surprises(joint: ET.Element, kind: str) -> Iterator[str]:
-    """Yield sentences with a place for the name of the joint."""
+    """Yield sentences that go on after the name of the joint."""
     limit = joint.find("limit")
     stated = set() if limit is None else {key for key in _LIMITS if float(limit.get(key, "0")) != 0.0}
     if kind in ("revolute", "prismatic") and limit is not None:
         if not {"lower", "upper"} & set(limit.attrib):
-            yield "{} cannot move: <limit> states no lower and no upper, and the range is then 0 to 0"
+            yield " cannot move: <limit> states no lower and no upper, and the range is then 0 to 0"
         if "velocity" not in stated:
-            yield "{}: velocity 0 in <limit> is read as no velocity limit"
+            yield ": velocity 0 in <limit> is read as no velocity limit"
     if kind == "continuous" and stated & {"lower", "upper"}:
-        yield "{}: lower and upper in <limit> are not held, since a continuous joint turns without end"
+        yield ": lower and upper in <limit> are not held, since a continuous joint turns without end"
     if kind in ("planar", "floating") and stated - {"effort"}:
-        yield "{}: <limit> is not held, since the joint has several axes"
+        yield ": <limit> is not held, since the joint has several axes"
     if kind in ("planar", "floating") and joint.find("mimic") is not None:
-        yield "{}: <mimic> is not held, since the joint has several axes"
+        yield ": <mimic> is not held, since the joint has several axes"
     if kind in ("revolute", "prismatic") and limit is not None and _is_softer(joint, limit):
-        yield "{}: the soft limits of <safety_controller> are not held; the range is that of <limit>"
+        yield ": the soft limits of <safety_controller> are not held; the range is that of <limit>"
     for part in joint:
         if part.tag not in _JOINT_PARTS:
-            yield f"{{}}: the element <{part.tag}> is not read"
+            yield f": the element <{_local(part)}> is not read"
 
 
 def _is_softer(joint: ET.Element, limit: ET.Element) -> bool:
@@ -311,12 +312,17 @@ def _is_softer(joint: ET.Element, limit: ET.Element) -> bool:
     return soft[0] < soft[1] and (soft[0] > hard[0] or soft[1] < hard[1])
 
 
+def _local(element: ET.Element) -> str:
+    """Return the tag of an element without its namespace."""
+    return str(element.tag).rpartition("}")[2]
+
+
 def _foreign(root: ET.Element) -> Iterator[str]:
     """Yield a sentence for each element besides links and joints that would change the robot's motion."""
     count: dict[str, int] = defaultdict(int)
     for element in root:
         if isinstance(element.tag, str) and element.tag not in _NO_MOTION:
-            count[element.tag] += 1
+            count[_local(element)] += 1
     for tag, times in count.items():
         yield f"the element <{tag}> is not read" + (f" ({times} times)" if times > 1 else "")
     for owner in root.findall("gazebo"):

@@ -2,10 +2,13 @@
 
 import math
 import os
+import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from taskopt.errors import InvalidValue, MissingFile
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def existing(path: str | Path, kind: str) -> Path:
@@ -58,6 +61,22 @@ def parse(path: Path) -> ET.Element:
         raise InvalidValue(f"{path} cannot be read: {error.strerror}") from error
 
 
+def finite_numbers(text: str) -> list[float] | None:
+    """Read finite numbers that are separated by blanks.
+
+    Args:
+        text: The numbers, in the notation of XML formats: ASCII digits, a point, an exponent.
+
+    Returns:
+        The numbers, or None if a word is none.
+    """
+    words = text.split()
+    if not all(map(_NUMBER.fullmatch, words)):  # float() reads 1_0, infinity and digits of other scripts, too
+        return None
+    out = [float(word) for word in words]
+    return out if all(map(math.isfinite, out)) else None
+
+
 def numbers(
     where: str, element: ET.Element | None, name: str, count: int, default: str | None
 ) -> list[float]:
@@ -81,11 +100,8 @@ def numbers(
     what = f"<{element.tag} {name}=…>" if element is not None else name
     if text is None:
         raise InvalidValue(f"{where}: {what} is missing")
-    try:
-        out = [float(word) for word in text.split()]
-    except ValueError:
-        out = []
-    if len(out) != count or not all(map(math.isfinite, out)):
+    out = finite_numbers(text)
+    if out is None or len(out) != count:
         needed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InvalidValue(f"{where}: {what} must be {needed}, got '{text}'")
     return out

@@ -50,6 +50,8 @@ REFUSED = {
     "an axis without numbers": (ARM.replace(' xyz="0 1 0"', ""), "'tilt'.*<axis xyz=…> is missing"),
     "a decimal comma": (ARM.replace('upper="2"', 'upper="0,5"'), "'pan'.*upper.*finite number, got '0,5'"),
     "a number that is none": (ARM.replace('lower="-1"', 'lower="nan"'), "'pan'.*lower.*got 'nan'"),
+    "digits of another script": (ARM.replace('upper="2"', 'upper="٢"'), "'pan'.*upper.*finite number"),
+    "an underscore": (ARM.replace('upper="2"', 'upper="1_0"'), "'pan'.*upper.*finite number, got '1_0'"),
     "an unknown type": (ARM.replace("revolute", "screw"), "'pan' has the type 'screw'"),
     "no limit": (robot(joint("pan", "base", "upper", ""), TILT), "'pan' is revolute and has no <limit>"),
     "a safety controller without a factor": (
@@ -161,6 +163,10 @@ DROPPED = {
         "joint pan: the element <limits> is not read",
     ),
     "a loop": (robot(PAN, TILT, '<loop_joint name="x"/>'), "the element <loop_joint> is not read"),
+    "an element of another program": (
+        robot(joint("pan", "base", "upper", LIMIT + '<d:a xmlns:d="http://d"/>'), TILT),
+        "joint pan: the element <a> is not read",
+    ),
     "a loop of a simulator": (
         robot(PAN, TILT, '<gazebo><joint name="closing" type="revolute"/></gazebo>'),
         "joint 'closing' of <gazebo> is not read",
