@@ -94,5 +94,5 @@ def _add_pairs(compiled: Any, shapes: GeometryModel, bodies: Sequence[int]) -> N
     for i, one in enumerate(bodies):
         for j in range(i + 1, len(bodies)):
             two = bodies[j]
-            if one != two and (one, two) not in excluded and (two, one) not in excluded:
+            if one != two and (one, two) not in excluded:  # in both the lower index comes first
                 shapes.addCollisionPair(pin.CollisionPair(i, j))

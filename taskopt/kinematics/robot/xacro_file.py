@@ -63,6 +63,7 @@ def _expanded(file: Path, args: dict[str, str], package_dirs: Iterable[str | Pat
         import xacrodoc  # its import makes xacro find packages without an installation of ROS
     except ImportError as error:
         raise NotInstalled("the package xacrodoc, which expands xacro files,", "'taskopt[xacro]'") from error
+    xacrodoc.packages.reset()  # it remembers packages by name, also those of another file
     xacrodoc.packages.walk_up_from(str(file))
     if package_dirs is not None:
         xacrodoc.packages.look_in([str(folder) for folder in package_folders(package_dirs)])

@@ -174,6 +174,38 @@ def test_shapes_are_where_mujoco_places_them(load, tmp_path):
     assert any("floor" in sentence for sentence in arm.dropped)
 
 
+GEOMS = {
+    "one": '<geom type="sphere" size="0.1"/><geom type="capsule" size="0.1 0.2"/>',
+    "two": '<geom type="cylinder" size="0.1 0.2"/><geom type="box" size="0.1 0.2 0.3"/>',
+    "three": '<geom type="ellipsoid" size="0.1 0.2 0.3"/><geom type="mesh" mesh="wedge"/>',
+}
+BODIES = "".join(f'<body name="{name}"><joint type="slide"/>{geoms}</body>' for name, geoms in GEOMS.items())
+APART = '<exclude body1="one" body2="two"/><exclude body1="three" body2="one"/>'
+SHAPES = f"""<mujoco><asset><mesh name="wedge" vertex="0 0 0 0.1 0 0 0 0.2 0 0 0 0.3"/></asset>
+<worldbody>{BODIES}</worldbody><contact>{APART}</contact></mujoco>"""
+
+
+def test_shapes_have_the_size_that_mujoco_gives_them(load, tmp_path):
+    """The box around each solid in its own axes, as MuJoCo compiled it."""
+    arm = load(SHAPES)
+    compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    assert arm.geometry.ngeoms == compiled.ngeom == 6
+    for shape, box in zip(arm.geometry.geometryObjects, compiled.geom_aabb, strict=True):
+        shape.geometry.computeLocalAABB()
+        bounds = np.array([shape.geometry.aabb_local.min_, shape.geometry.aabb_local.max_])
+        np.testing.assert_allclose(bounds, [box[:3] - box[3:], box[:3] + box[3:]], atol=1e-6)
+
+
+def test_pairs_are_those_that_the_file_does_not_exclude(load):
+    """Bodies two and three may touch: four pairs of shapes."""
+    names = ("one", "two", "three")
+    arm = load(SHAPES)
+    shapes = [shape.parentJoint for shape in arm.geometry.geometryObjects]
+    pairs = {(names[shapes[p.first] - 1], names[shapes[p.second] - 1]) for p in arm.geometry.collisionPairs}
+    assert pairs == {("two", "three")}
+    assert len(arm.geometry.collisionPairs) == 4
+
+
 def fingers(equality: str, joints: str = "a b c") -> str:
     """Hinges side by side and an equality."""
     bodies = "".join(

@@ -2,6 +2,7 @@
 
 import warnings
 
+import pinocchio as pin
 import pytest
 
 from taskopt.errors import DroppedWarning, InvalidValue, MissingFile
@@ -202,6 +203,15 @@ def test_what_does_not_reach_the_robot_is_listed_and_warned_of_once(tmp_path, ki
     assert warned[0].filename == __file__
     assert arm.dropped[0] in str(warned[0].message)
     assert arm.lock(["tilt"]).dropped == arm.dropped
+
+
+def test_a_joint_or_link_that_the_loader_loses_is_named(tmp_path, monkeypatch):
+    """Whatever Pinocchio may skip without a word in another version."""
+    whole = pin.buildModelFromXML
+    shorter = robot(PAN, links="base upper")
+    monkeypatch.setattr(pin, "buildModelFromXML", lambda text: whole(shorter))
+    with pytest.raises(InvalidValue, match=r"arm\.urdf without tilt, lower"):
+        Robot.from_urdf(written(tmp_path, ARM))
 
 
 def test_what_changes_no_motion_is_not_mentioned(tmp_path):

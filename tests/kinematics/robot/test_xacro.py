@@ -46,6 +46,30 @@ def test_a_package_elsewhere_is_found_in_the_folders_given(package, tmp_path):
     assert Robot.from_xacro(path, package_dirs=tmp_path).nv == 2
 
 
+def test_a_package_of_another_file_is_not_remembered(package, tmp_path):
+    """Two checkouts with one package name: each file gets the parts of its own."""
+    for k, folder in enumerate((package, tmp_path / "second" / "my_arm")):
+        (folder / "urdf").mkdir(parents=True, exist_ok=True)
+        (folder / "package.xml").write_text("<package><name>my_arm</name></package>")
+        (folder / "urdf" / "parts.xacro").write_text(PARTS.replace("upper * 2", f"upper * {2 + k}"))
+        path = folder / "urdf" / "arm.xacro"
+        path.write_text(ARM.replace("FILE", "$(find my_arm)/urdf/parts.xacro"))
+        assert Robot.from_xacro(path).position_upper[0] == 2.0 + k
+
+
+def test_values_of_arguments_are_written_as_on_the_command_line(package):
+    """A truth value in lower case, a number as it is."""
+    path = package / "urdf" / "arm.xacro"
+    joint = (
+        '<joint name="j" type="continuous"><parent link="base"/><child link="l_$(arg a)_$(arg b)"/></joint>'
+    )
+    args = '<xacro:arg name="a" default=""/><xacro:arg name="b" default=""/>'
+    path.write_text(
+        f'<robot name="a" {SPACE}>{args}<link name="base"/><link name="l_$(arg a)_$(arg b)"/>{joint}</robot>'
+    )
+    assert "l_false_0.5" in Robot.from_xacro(path, {"a": False, "b": 0.5}).frames
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
