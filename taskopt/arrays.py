@@ -33,7 +33,7 @@ def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         A new float64 array in C order.
 
     Raises:
-        InvalidValue: The value is no array of numbers, has another shape, or holds NaN or ±inf.
+        InvalidValue: The value is not an array of numbers, has another shape, or holds NaN or ±inf.
     """
     array = number(name, value, shape)
     if not np.isfinite(array).all():
@@ -53,7 +53,7 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         A new float64 array in C order.
 
     Raises:
-        InvalidValue: The value is no array of real numbers, has another shape, or holds NaN.
+        InvalidValue: The value is not an array of real numbers, has another shape, or holds NaN.
     """
     try:
         if np.iscomplexobj(value):

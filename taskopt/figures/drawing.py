@@ -96,7 +96,7 @@ def draw_spatial_arm(axes: Axes3D, points: Array, joints: Sequence[int] | None =
 
     Args:
         axes: The axes.
-        points: Its frames (k, 3) [m].
+        points: Origins of its frames (k, 3) [m].
         joints: Indices of the points that are joints; default: all but the last.
     """
     marked = range(len(points) - 1) if joints is None else joints

@@ -110,7 +110,7 @@ def damping_of(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDampi
 
 
 def check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
-    """Tell the tasks the time between ticks, and refuse a gain with which a task would not converge.
+    """Set the time between ticks of all tasks, and refuse a gain with which a task would not converge.
 
     Args:
         tasks: Bound tasks.

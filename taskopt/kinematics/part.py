@@ -177,7 +177,7 @@ class RowPart(Part):
         """
 
     def aim(self, t: float) -> None:
-        """Write the target into `memory` for the kernel; parts without a kernel need no `aim`.
+        """Write the target at t into `memory` for the kernel; a part without a kernel does not need this.
 
         Args:
             t: Time [s].

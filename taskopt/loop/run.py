@@ -152,7 +152,7 @@ def tracking_error(step: Step) -> float:
 
 
 def _inside(value: Array, lower: Array, upper: Array) -> bool:
-    """Return True if lower ≤ value ≤ upper holds but for rounding."""
+    """Return True if lower ≤ value ≤ upper holds up to rounding."""
     below = lower - CLOSED_FORM_INSIDE * np.maximum(1.0, np.abs(lower))
     above = upper + CLOSED_FORM_INSIDE * np.maximum(1.0, np.abs(upper))
     return bool(((below <= value) & (value <= above)).all())

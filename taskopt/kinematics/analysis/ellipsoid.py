@@ -56,7 +56,7 @@ def velocity_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipso
         The ellipsoid, semi-axes in falling order [m/s] or [rad/s].
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers, or a limit is not finite and positive.
+        InvalidValue: J is not a matrix of finite numbers, or a limit is not finite and positive.
 
     Source:
         Equations (3.122) and (3.123).
@@ -80,7 +80,7 @@ def force_ellipsoid(J: ArrayLike, limits: ArrayLike | None = None) -> Ellipsoid:
         The ellipsoid, semi-axes in rising order [N] or [N m].
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers, or a limit is not finite and positive.
+        InvalidValue: J is not a matrix of finite numbers, or a limit is not finite and positive.
 
     Source:
         Equations (3.125) and (3.126).

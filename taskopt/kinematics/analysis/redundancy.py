@@ -61,7 +61,7 @@ def subspaces(J: ArrayLike, tolerance: float = JACOBIAN_RANK) -> Subspaces:
         The bases.
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers.
+        InvalidValue: J is not a matrix of finite numbers.
 
     Source:
         Equations (3.45) and (3.46).

@@ -68,7 +68,7 @@ def find_singularity(J: ArrayLike, tolerance: float = JACOBIAN_RANK) -> Singular
         Rank, singular values, lost directions, and joint motions that do not move the frame.
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers.
+        InvalidValue: J is not a matrix of finite numbers.
 
     Source:
         Sect. 3.3 and 3.9, Problem 3.8.
@@ -161,7 +161,7 @@ def _meeting_point(axes: Array, velocities: Array, frame: str) -> Array:
 
 
 def classify_singularity(configuration: Configuration, frame: str, rows: Sequence[int]) -> Kind:
-    """Tell whether a frame is at a boundary singularity, at an internal one, or at none.
+    """Classify a posture: the frame is at a boundary singularity, at an internal one, or at none.
 
     To first order the frame cannot move along the lost direction u. Joint motions δ in the null space of J
     displace it along u to second order only, by ½ δᵀ H δ with H = Σ u_i ∂²x_i/∂q². If all of them displace it

@@ -25,7 +25,7 @@ def joint_torques(J: ArrayLike, wrench: ArrayLike) -> Array:
         τ (n,) [N m], or [N] for prismatic joints.
 
     Raises:
-        InvalidValue: J is no matrix of finite numbers, or γ does not fit its rows.
+        InvalidValue: J is not a matrix of finite numbers, or γ does not fit its rows.
 
     Source:
         Equations (3.105)–(3.111).

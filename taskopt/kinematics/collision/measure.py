@@ -121,7 +121,7 @@ def line_of(contact):
 
 @kernel
 def has_no_normal(line):
-    """Tell if Coal found no normal for a pair.
+    """Return True if Coal found no normal for a pair.
 
     Args:
         line: See `line_of`.

@@ -461,7 +461,7 @@ class Robot:
 
         Raises:
             UnknownName: There is no frame `parent`.
-            InvalidValue: There is a frame of that name already, or the pose is none.
+            InvalidValue: There is a frame of that name already, or the pose is not a rigid-body pose.
         """
         if name in self.frames:
             raise InvalidValue(f"{self.name} has a frame '{name}' already; give the new one another name")

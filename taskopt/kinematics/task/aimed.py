@@ -26,7 +26,7 @@ class AimedTask(BoundTask):
     _redirected: bool | None = None  # since the start: True by a target that moves, False by a value
 
     def take_target(self, target: Target, space: Space) -> None:
-        """Take the declared target.
+        """Set the declared target.
 
         Args:
             target: The target.
@@ -61,7 +61,7 @@ class AimedTask(BoundTask):
         return None if self._redirected is None else self.goal.copy()
 
     def remember(self, kept: object) -> None:
-        """Take the value to which the target was set; see `Part.remember`."""
+        """Restore the value to which the target was set; see `Part.remember`."""
         if isinstance(kept, np.ndarray):
             self.redirect(kept, 0.0)
 

@@ -193,7 +193,7 @@ class BoundLook(_BoundTurn, AimedTask):
     """The two rows of a `LookAtTask`."""
 
     def attach(self, target: Target) -> None:
-        """Take a target.
+        """Set the target.
 
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.
@@ -290,14 +290,14 @@ def turn_into(axis, tangent, seen, error, slope):
 
 @kernel
 def turned_rows_into(pose, jacobian, seen, slope, nearness, A):
-    """Write A = −E ([c]× Rᵀ J_O − Rᵀ J_P/ℓ).
+    """Write the rows A = −E ([c]× Rᵀ J_O − Rᵀ J_P/ℓ); `LookAtTask` explains the symbols.
 
     Args:
         pose: Pose of the frame in the world, (4, 4).
         jacobian: Geometric Jacobian of the frame along the axes of the world, (6, nv).
-        seen: c in the frame, (3,).
+        seen: Unit direction c in the frame, (3,).
         slope: E, (2, 3).
-        nearness: 1/ℓ [1/m]; 0 for a direction, which no motion of the origin changes.
+        nearness: 1/ℓ [1/m]; 0 for a fixed direction in the world, as of a point at infinity.
         A: Rows, (2, nv), written here.
     """
     for k in range(A.shape[1]):

@@ -87,7 +87,7 @@ class BoundCentreOfMass(AimedTask):
         self._table[_TARGET : _TARGET + 4, :4] = self._table[_ACTUAL : _ACTUAL + 4, :4] = np.eye(4)
 
     def attach(self, target: Target) -> None:
-        """Take a target.
+        """Set the target.
 
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.

@@ -173,7 +173,7 @@ class BoundLinear(BoundTask):
         self._curved = bool((coordinate_table(robot)[A.any(axis=0), 0] == OTHER).any())
 
     def attach(self, b: Array, q0: Array, gain: Array, weight: Array) -> None:
-        """Take the numbers of the relation.
+        """Set the numbers of the relation.
 
         Args:
             b: Right-hand sides, (k,).

@@ -90,7 +90,7 @@ class BoundDamped(BoundTask):
         self.follows_velocity = inner.follows_velocity
 
     def retime(self, dt: float) -> None:
-        """Take another Δt [s]; see `Part.retime`."""
+        """Change Δt [s]; see `Part.retime`."""
         self._inner.dt = dt
         self._inner.retime(dt)
 

@@ -119,7 +119,7 @@ class BoundJoints(AimedTask):
         self.gain[:] = gain
 
     def attach(self, target: Target, space: PostureSpace) -> None:
-        """Take a target.
+        """Set the target.
 
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.

@@ -96,7 +96,7 @@ class BoundLevelDamping(BoundTask):
         return self._rank
 
     def remember(self, kept: object) -> None:
-        """Take the rank of the last tick; see `Part.remember`."""
+        """Restore the rank of the last tick; see `Part.remember`."""
         assert kept is None or isinstance(kept, int), "it is what `recall` returned"
         self._rank = kept
 

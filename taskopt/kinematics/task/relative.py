@@ -119,7 +119,7 @@ class BoundRelative(AimedTask):
         self.desired, self.actual = np.eye(4), np.eye(4)
 
     def attach(self, target: Target) -> None:
-        """Take a target.
+        """Set the target.
 
         Args:
             target: Target, in the terms of `taskopt.kinematics.target`.

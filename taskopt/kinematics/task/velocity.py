@@ -133,7 +133,7 @@ class BoundJointVelocities(_BoundUnitRows):
     """
 
     def attach(self, target: Velocity, space: PostureSpace) -> None:
-        """Take the velocities that the task asks for.
+        """Set the velocities that the task asks for.
 
         Args:
             target: q̇_d (m,) [rad/s, m/s], or a function of the time [s] that returns it.

@@ -221,7 +221,7 @@ class BoundOmniwheel(BoundTask):
         self._wheel = wheel
 
     def attach(self, axle: Array) -> None:
-        """Take the direction of the axle.
+        """Set the direction of the axle.
 
         Args:
             axle: Unit vector in the frame of the hub, (3,).

@@ -230,7 +230,7 @@ def _iterate(
 
 @kernel
 def _move_to(here: Point, goal: Point) -> None:
-    """Take the full step."""
+    """Move to the goal, which is the full step."""
     copy_into(here.x, goal.x)
     copy_into(here.value, goal.value)
 

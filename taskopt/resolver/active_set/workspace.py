@@ -168,15 +168,15 @@ class LastLevel(NamedTuple):
 
 
 class SaddlePoint(NamedTuple):
-    """The factorised system of the fast path, with M its m equality rows and U the uncovered columns.
+    """The factorised system of the fast path, whose symbols `fast_path` explains.
 
     Attributes:
         rows: (m,) indices of the rows in M.
         uncovered: (u,) indices of the columns in U.
         first_soft: First row that may keep a residual; rows before it are met exactly.
-        S: (m, ≥ n) M D^-½ on covered columns, 0 on others.
-        K: (m + u, ≥ m) Cholesky factor of S Sᵀ + 1/w, and below it (L⁻¹ M_U)ᵀ.
-        MU: (u, ≥ m) M_Uᵀ.
+        S: (m, ≥ n) product M D^-½ in the columns that D covers, 0 in the others.
+        K: (m + u, ≥ m) Cholesky factor L of S Sᵀ plus the diagonal 1/w of soft rows; below it (L⁻¹ M_U)ᵀ.
+        MU: (u, ≥ m) transpose of the uncovered columns of M, M_Uᵀ.
         G: (u, ≥ u) Cholesky factor of the Schur complement M_Uᵀ K⁻¹ M_U + D_U.
     """
 
