@@ -1,7 +1,12 @@
 """What the pages in docs/ show is true: snippets run and print what stands beside them, names are known."""
 
+import json
 import re
 import shlex
+import subprocess
+import sys
+from contextlib import redirect_stdout
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +23,7 @@ from taskopt.resolver.registry import resolver_names
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(taskopt.__file__).parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
+NOTEBOOKS = sorted((ROOT / "docs").glob("*.ipynb"))
 PRINTS = "# prints "
 
 
@@ -33,13 +39,31 @@ def promised(snippet: str) -> list[str]:
     return [line.split(PRINTS)[1].strip() for line in snippet.splitlines() if PRINTS in line]
 
 
-def broken_promises(source: str, printed: Any) -> list[str]:
-    """Snippets that print something else than stands beside them, or say nothing; in order, in one scope."""
+def printed_by_program(snippet: str, folder: Path) -> str:
+    """What a snippet prints that is a file of its own, since it starts other processes."""
+    (folder / "program.py").write_text(snippet, "utf-8")
+    done = subprocess.run(
+        [sys.executable, "program.py"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    return done.stdout if done.returncode == 0 else done.stderr
+
+
+def printed(snippet: str, scope: dict[str, Any]) -> str:
+    with redirect_stdout(StringIO()) as said:
+        exec(compile(snippet, "snippet", "exec"), scope)
+    return said.getvalue()
+
+
+def broken_promises(source: str, folder: Path) -> list[str]:
+    """Snippets that print something else than stands beside them, or say nothing; in order, in one scope.
+
+    A snippet with a guarded main part is a program of its own.
+    """
     scope: dict[str, Any] = {}
     faults = []
     for snippet in blocks(source, "python"):
-        exec(compile(snippet, "snippet", "exec"), scope)
-        said = printed().splitlines()
+        alone = 'if __name__ == "__main__":' in snippet
+        said = (printed_by_program(snippet, folder) if alone else printed(snippet, scope)).splitlines()
         if promised(snippet) and promised(snippet) != said:
             faults.append(f"{promised(snippet)} is {said}")
         if not said and "assert" not in snippet:
@@ -47,19 +71,51 @@ def broken_promises(source: str, printed: Any) -> list[str]:
     return faults
 
 
+@pytest.mark.filterwarnings("ignore::taskopt.DroppedWarning")  # pages read files that state little
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_snippets_print_what_stands_beside_them(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_snippets_print_what_stands_beside_them(page: Path, tmp_path: Path) -> None:
     """The Python blocks of a page run one after the other, and none of them shows nothing."""
-    assert broken_promises(text(page), lambda: capsys.readouterr().out) == []
+    assert broken_promises(text(page), tmp_path) == []
 
 
 @pytest.mark.parametrize(
     "source",
-    ["```python\nprint(1 + 1)  # prints 3\n```\n", "```python\nx = 1\n```\n"],
+    [
+        "```python\nprint(1 + 1)  # prints 3\n```\n",
+        "```python\nx = 1\n```\n",
+        '```python\nif __name__ == "__main__":\n    print(1 + 1)  # prints 3\n```\n',
+        '```python\nif __name__ == "__main__":\n    print(1 / 0)  # prints 3\n```\n',
+    ],
 )
-def test_a_page_that_is_wrong_is_caught(source: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """A wrong result beside a line, and a snippet without one."""
-    assert broken_promises(source, lambda: capsys.readouterr().out)
+def test_a_page_that_is_wrong_is_caught(source: str, tmp_path: Path) -> None:
+    """A wrong result beside a line, a snippet without one, and a program that is wrong or ends early."""
+    assert broken_promises(source, tmp_path)
+
+
+def stale_cells(notebook: str) -> list[str]:
+    """Cells of a notebook whose stored output is not what they print; in order, in one scope."""
+    scope: dict[str, Any] = {}
+    cells = [cell for cell in json.loads(notebook)["cells"] if cell["cell_type"] == "code"]
+    faults = []
+    for cell in cells:
+        stored = "".join(line for output in cell["outputs"] for line in output["text"])
+        if printed("".join(cell["source"]), scope) != stored:
+            faults.append("".join(cell["source"]))
+    return faults if any(cell["outputs"] for cell in cells) else ["no cell shows anything"]
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
+def test_a_notebook_shows_what_its_cells_print(notebook: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The code cells run one after the other, and print the output that is stored with them."""
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    assert stale_cells(text(notebook)) == []
+
+
+@pytest.mark.parametrize("stored", [[], [{"text": ["3\n"]}]])
+def test_a_stale_notebook_is_caught(stored: list[dict[str, list[str]]]) -> None:
+    """A stored output that is another one, or none."""
+    cell = {"cell_type": "code", "source": ["print(1 + 1)"], "outputs": stored}
+    assert stale_cells(json.dumps({"cells": [cell]}))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
