@@ -136,9 +136,11 @@ class BoundDamped(BoundTask):
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
         inner, m = self._inner, self._own.stop
-        rows.lower[:] = rows.upper[:] = 0.0
-        if not inner.constant:
+        if inner.constant:
+            rows.lower[:m] = rows.upper[:m] = 0.0
+        else:
             inner.fill(configuration, t, _part(rows, self._own))
+        rows.lower[m:] = rows.upper[m:] = 0.0  # `During` may have opened them
         self.error[:m] = inner.error
         k = np.sqrt(self._factor[0] * float(self.weight[:m] @ inner.error**2))
         np.fill_diagonal(rows.A[m:], k)

@@ -11,6 +11,7 @@ from taskopt import (
     DampingTask,
     During,
     FrameTask,
+    GazeTask,
     InvalidValue,
     LevelDamping,
     LowAccelerationTask,
@@ -43,6 +44,18 @@ def test_the_answer_is_damped_least_squares_with_the_error_as_damping(resolver):
     J, e, W = at.jacobian("panda_hand")[:3], np.array([0.3, -0.2, 0.4]), np.diag([1.0, 2.0, 0.5])
     expected = np.linalg.solve(J.T @ W @ J + 0.7 * (e @ W @ e) * np.eye(7), J.T @ W @ (3.0 * e))
     np.testing.assert_allclose(v, expected, atol=1e-7 if resolver.startswith("cvxpy") else 1e-10)
+
+
+def test_an_inequality_stays_one_sided():
+    """A gaze that is damped bounds the angle from above, as it does alone."""
+    of = robot("panda")
+    at = Configuration(of, generic_q(of, 0))
+    gaze = GazeTask("panda_hand", (0.3, 0.4, 5.0), half_angle=0.01, axis=(0.0, 1.0, 0.2), gain=2.0)
+    check_task(DampedTask(gaze, 0.5), of, count=5)
+    _, alone = bound(gaze, at)
+    _, damped = bound(DampedTask(gaze, 0.5), at)
+    np.testing.assert_array_equal(damped.lower[:1], -np.inf)
+    np.testing.assert_array_equal(damped.upper[:1], alone.upper)
 
 
 def test_at_the_target_nothing_is_damped():
