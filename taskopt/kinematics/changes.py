@@ -74,8 +74,8 @@ class Changes:
         """Return the present values that a copy of the plan has to set.
 
         Returns:
-            Values by address. Targets are left out, since the tasks remember them, and levels, since their
-            tasks are here.
+            Values by address. Targets are left out, since the tasks remember them; "enabled" of a level is
+            left out, since that of each of its tasks is returned.
 
         Raises:
             InvalidValue: A change waits for the next tick, or is being blended.

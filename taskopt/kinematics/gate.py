@@ -193,7 +193,7 @@ class Weight:
         """Return a weight for each row, (m,), or one for all rows; see `Parameter.checked`.
 
         Raises:
-            InvalidValue: A weight is negative or not finite, or there is another number of them.
+            InvalidValue: A weight is negative or not finite, or the number of weights is wrong.
         """
         return self._numbers.checked(value, over)
 

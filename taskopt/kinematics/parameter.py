@@ -82,7 +82,7 @@ class Numbers:
         """Return one number for each entry, or one float for all; see `Parameter.checked`.
 
         Raises:
-            InvalidValue: A number is out of its range, or there is another number of them.
+            InvalidValue: A number is out of its range, or there are too many or too few numbers.
         """
         return self._each(value)  # type: ignore[arg-type]
 

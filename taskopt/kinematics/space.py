@@ -40,7 +40,7 @@ def plain(value: Value) -> ArrayLike | Mapping[str, float]:
         The matrix (4, 4) of a pose object or a pair; anything else as it is.
 
     Raises:
-        InvalidValue: The quaternion of a pair has not norm 1.
+        InvalidValue: The quaternion of a pair does not have norm 1.
     """
     if isinstance(value, np.ndarray):  # first, because the check of a protocol is slow
         return value

@@ -171,7 +171,7 @@ class Plan:
         self._anchor(q, t)
 
     def _anchor(self, q: ArrayLike, t: float) -> None:
-        """Anchor the targets at q."""
+        """Start all targets from q."""
         self.robot.require_unchanged()
         self.configuration.update(self.robot.checked_q(q))
         for task in self.tasks:

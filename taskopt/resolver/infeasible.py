@@ -179,7 +179,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
         answer: Answer that a resolver is about to return.
 
     Returns:
-        `no_answer` with the status INFEASIBLE in the case above; otherwise `answer` itself.
+        `no_answer` with the status INFEASIBLE if the claim is replaced; otherwise `answer` itself.
     """
     resolution = answer[0]
     broken = resolution.certificate.broken_limit

@@ -36,7 +36,7 @@ class Singularity:
 
     @property
     def is_singular(self) -> bool:
-        """True if J has not full rank."""
+        """True if J does not have full rank."""
         return self.rank < self.singular_values.size
 
     @property

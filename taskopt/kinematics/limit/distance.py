@@ -37,7 +37,7 @@ class ObstacleLimit(Limit):
             bind within a step, and keep their names (`BoundNearDistance`).
 
     Raises:
-        InvalidValue: A number is out of its range, or an obstacle is no shape.
+        InvalidValue: A number is out of its range, or an obstacle is not a shape.
 
     Source:
         The velocity damper of Faverjon and Tournassoud (1987), IEEE International Conference on Robotics and

@@ -74,7 +74,7 @@ class ObstacleDistance(Nearest):
         links: Names of links. Default: every link that moves.
 
     Raises:
-        InvalidValue: An obstacle is no shape, or τ is negative.
+        InvalidValue: An obstacle is not a shape, or τ is negative.
 
     Source:
         Equation (3.58).

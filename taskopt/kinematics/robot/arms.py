@@ -274,7 +274,8 @@ def anthropomorphic_with_wrist(
 ) -> Parts:
     """Make an anthropomorphic arm with a spherical wrist, six revolute joints.
 
-    The forearm lies along the axis of the fourth joint, so ϑ₃ is π/2 where that of the arm alone is 0.
+    The forearm lies along the axis of the fourth joint, so that ϑ₃ = π/2 corresponds to ϑ₃ = 0 of
+    `anthropomorphic_arm`.
 
     Args:
         a2: Length of the upper arm [m].

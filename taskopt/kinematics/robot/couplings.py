@@ -92,7 +92,7 @@ def checked_couplings(name: str, model: Model, couplings: Iterable[Coupling]) ->
 
 
 def coupled(model: Model, couplings: Sequence[Coupling], q: Array) -> Array:
-    """Move the followers of a configuration to where their leaders put them.
+    """Set the coordinates of all followers in a configuration to the values that follow from their leaders.
 
     Args:
         model: The kinematic tree.

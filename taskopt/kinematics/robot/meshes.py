@@ -53,7 +53,7 @@ def package_folders(package_dirs: Iterable[str | Path]) -> list[Path]:
         The folders.
 
     Raises:
-        InvalidValue: package_dirs is no list of folders.
+        InvalidValue: package_dirs is not a list of folders.
     """
     listed = [package_dirs] if isinstance(package_dirs, str | os.PathLike) else package_dirs
     if not isinstance(listed, Iterable):

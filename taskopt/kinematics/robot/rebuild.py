@@ -90,8 +90,8 @@ def rebuilt(model: Model, names: Mapping[str, Sequence[str]]) -> Rebuilt:
         The new tree, with the coordinates and velocities of the old one.
 
     Raises:
-        InvalidValue: A joint is of a kind that can neither be kept nor split, or the file that it comes from
-            names its axes and `names` does not.
+        InvalidValue: A joint is of a kind that can neither be kept nor split; or the axes of a joint have
+            names in its file, and `names` lacks them.
     """
     out = pin.Model()
     out.name, out.gravity = model.name, model.gravity

@@ -153,7 +153,8 @@ class Robot:
 
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
-            InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
+            InvalidValue: The file is not a tree that a `pin.Model` can hold; the message names file and
+                element.
             UnknownName: A joint to lock does not exist.
 
         Warns:
@@ -188,7 +189,7 @@ class Robot:
         Raises:
             MissingFile: The file, its SRDF or a mesh is not there.
             NotInstalled: The package xacrodoc is not installed.
-            InvalidValue: The file cannot be expanded, or is no tree that a `pin.Model` can hold.
+            InvalidValue: The file cannot be expanded, or is not a tree that a `pin.Model` can hold.
             UnknownName: A joint to lock does not exist.
 
         Warns:

@@ -30,8 +30,8 @@ def named_states(srdf: Path) -> dict[str, dict[str, list[float]]]:
         For each state, the values [rad, m] of each of its joints.
 
     Raises:
-        InvalidValue: The file is no SRDF, a value is no number, a joint has two values in one state, or a
-            pair lacks a link; the message names what is flawed.
+        InvalidValue: The file is not an SRDF, a value is not a number, a joint has two values in one state,
+            or a pair lacks a link; the message names what is flawed.
     """
     root = parse(srdf)
     if root.tag != "robot":
@@ -68,7 +68,7 @@ def postures(
         Configurations (nq,) [rad, m] by name, and one sentence for each state that was not read as a whole.
 
     Raises:
-        InvalidValue: The file is no SRDF, or a value is no number or does not fit its joint.
+        InvalidValue: The file is not an SRDF, or a value is not a number or does not fit its joint.
     """
     out: dict[str, Array] = {}
     dropped: list[str] = []

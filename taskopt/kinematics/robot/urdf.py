@@ -46,7 +46,7 @@ def read_urdf(
 
     Raises:
         MissingFile: The file, its SRDF or a mesh is not there.
-        InvalidValue: The file is no tree that a `pin.Model` can hold; the message names file and element.
+        InvalidValue: The file is not a tree that a `pin.Model` can hold; the message names file and element.
 
     Warns:
         DroppedWarning: The file states something that the robot lacks.
@@ -75,7 +75,7 @@ def read_checked(
 
     Raises:
         MissingFile: The SRDF or a mesh is not there.
-        InvalidValue: The file is no tree that a `pin.Model` can hold.
+        InvalidValue: The file is not a tree that a `pin.Model` can hold.
 
     Warns:
         DroppedWarning: The file states something that the robot lacks.
@@ -105,7 +105,7 @@ def lazy_parts(
         The parts of the robot.
 
     Raises:
-        InvalidValue: The file is no tree that a `pin.Model` can hold.
+        InvalidValue: The file is not a tree that a `pin.Model` can hold.
     """
     path, root = file.path, file.root
     model = _tree(file, floating)
@@ -154,7 +154,7 @@ def read_tree(path: Path, floating: bool) -> Model:
         The tree (`pin.Model`).
 
     Raises:
-        InvalidValue: The file is no tree that a `pin.Model` can hold.
+        InvalidValue: The file is not a tree that a `pin.Model` can hold.
     """
     return _tree(checked_urdf(path), floating)
 

@@ -64,8 +64,8 @@ def checked_urdf(path: Path, root: ET.Element | None = None) -> UrdfFile:
         The file with its root element.
 
     Raises:
-        InvalidValue: The file is no URDF, is unexpanded xacro, is no tree, or a name, number, axis or limit
-            is flawed; the message names the file and the element.
+        InvalidValue: The file is not a URDF, is unexpanded xacro, is not a tree, or a name, number, axis or
+            limit is flawed; the message names the file and the element.
     """
     root = _parsed(path) if root is None else root
     links, joints = root.findall("link"), root.findall("joint")

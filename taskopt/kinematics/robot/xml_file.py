@@ -93,8 +93,8 @@ def numbers(
         The numbers.
 
     Raises:
-        InvalidValue: The attribute is missing without a default, has another number of numbers, or something
-            that is no finite number.
+        InvalidValue: The attribute is missing without a default, has the wrong number of numbers, or
+            something that is no finite number.
     """
     text = default if element is None else element.get(name, default)
     what = f"<{element.tag} {name}=…>" if element is not None else name

@@ -202,7 +202,7 @@ class BoundLook(_BoundTurn, AimedTask):
         self.goal, self._twist = np.eye(4), np.zeros(6)
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        """Start the target from the present pose of the frame; see `RowPart.start`."""
         self.begin(configuration.pose(self._frame), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:

@@ -88,7 +88,7 @@ class BoundTask(RowPart):
             (m,) new array, or one float for all rows.
 
         Raises:
-            InvalidValue: A weight is negative or not finite, or there is another number of them.
+            InvalidValue: A weight is negative or not finite, or the number of weights is wrong.
         """
         if isinstance(weight, float) and 0.0 < weight < np.inf:  # ten times as fast
             return weight
@@ -104,8 +104,7 @@ class BoundTask(RowPart):
             (m,) new array, or one float for all rows.
 
         Raises:
-            InvalidValue: A gain is negative, not finite or too large for Δt, or there is another number of
-                them.
+            InvalidValue: A gain is negative, not finite or too large for Δt, or the number of gains is wrong.
         """
         if isinstance(gain, float) and 0.0 <= gain < np.inf and gain * self.dt < 2.0:  # ten times as fast
             return gain
@@ -127,7 +126,7 @@ class BoundTask(RowPart):
             (m,) True where a row is chosen.
 
         Raises:
-            InvalidValue: A name is not that of a row, or there is another number of truth values.
+            InvalidValue: A name is not that of a row, or the number of truth values is wrong.
         """
         names = self.row_names
         chosen = [axes] if isinstance(axes, str) else axes
@@ -213,7 +212,7 @@ def gains(gain: ArrayLike, count: int) -> Array:
         K of each row, (count,).
 
     Raises:
-        InvalidValue: A gain is negative or not finite, or there is another number of them.
+        InvalidValue: A gain is negative or not finite, or the number of gains is wrong.
     """
     return _each("gain", gain, count, ())
 
@@ -230,7 +229,7 @@ def weights(weight: ArrayLike, count: int, pair: tuple[int, ...] = ()) -> Array:
         Weight of each row, (count,).
 
     Raises:
-        InvalidValue: A weight is negative or not finite, all are 0, or there is another number of them.
+        InvalidValue: A weight is negative or not finite, all are 0, or the number of weights is wrong.
     """
     out = _each("weight", weight, count, pair)
     if not out.any():

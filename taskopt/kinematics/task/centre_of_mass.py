@@ -103,7 +103,7 @@ class BoundCentreOfMass(AimedTask):
         self._twist, self._moving = self._table[_TWIST], self._table[_MOVING]  # kept: a view costs 0.2 µs
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present centre of mass; see `RowPart.start`."""
+        """Start the target from the present centre of mass; see `RowPart.start`."""
         pose = np.eye(4)
         pose[:3, 3] = configuration.centre_of_mass()[0]
         self.begin(pose, t)

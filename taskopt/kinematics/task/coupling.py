@@ -17,7 +17,7 @@ from taskopt.kinematics.task.base import BoundTask, Task, gains, rate_units, wei
 
 @dataclass(frozen=True, eq=False)
 class LinearHolonomicTask(Task):
-    """Keep a linear relation of the configuration: A (q ⊖ q₀) = b, so that A D v = K (b − A (q ⊖ q₀)).
+    """Keep a linear relation A (q ⊖ q₀) = b of the configuration: A D v = K e with e = b − A (q ⊖ q₀).
 
     The difference q ⊖ q₀ and its derivative D = ∂(q ⊖ q₀)/∂v are those of the manifold: for joints with one
     degree of freedom D is the identity, and a continuous joint counts by its angle from q₀ in (−π, π], where
@@ -34,8 +34,8 @@ class LinearHolonomicTask(Task):
         name: Name in logs and plots. Default: "linear holonomic".
 
     Raises:
-        InvalidValue: A has a row of zeros or another number of columns than the robot has velocities, or a
-            number is out of its range; sizes that depend on the robot are checked when bound.
+        InvalidValue: A has a row of zeros, its number of columns is not nv, or a number is out of its range;
+            sizes that depend on the robot are checked when bound.
 
     Source:
         Equation (3.67), applied to A (q ⊖ q₀).
@@ -57,7 +57,7 @@ class LinearHolonomicTask(Task):
         """Return the rows for a robot; see `Task.bind`.
 
         Raises:
-            InvalidValue: A has not nv columns, or q0 is no posture of the robot.
+            InvalidValue: A does not have nv columns, or q0 is not a posture of the robot.
         """
         A, b = self._relation()
         if A.shape[1] != robot.nv:
@@ -85,7 +85,7 @@ class LinearHolonomicTask(Task):
 
 @dataclass(frozen=True, eq=False)
 class JointCouplingTask(Task):
-    """Couple joints: Σ a_i q_i = b, one row Σ a_i v_i = K (b − Σ a_i q_i).
+    """Couple joints by Σ a_i q_i = b: one row Σ a_i v_i = K e with e = b − Σ a_i q_i.
 
     `JointCouplingTask({"left": 1.0, "right": -1.0})` keeps two joints at the same angle. The coefficients
     never change, so that the row costs next to nothing. On the first level the row acts as a transmission,

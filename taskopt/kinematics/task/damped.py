@@ -130,7 +130,7 @@ class BoundDamped(BoundTask):
         self._inner.prepare(_part(rows, self._own))
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target of the task; see `RowPart.start`."""
+        """Start the target of the task; see `RowPart.start`."""
         self._inner.start(configuration, t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
@@ -162,7 +162,7 @@ def checked_factor(name: str, factor: ArrayLike) -> float:
         The factor.
 
     Raises:
-        InvalidValue: It is no number ≥ 0.
+        InvalidValue: The value is not a number ≥ 0.
     """
     number = float(finite(name, factor, ()))
     if number < 0.0:

@@ -238,7 +238,7 @@ class BoundFrame(AimedTask):
         self._twist, self._moving = self._table[k.TWIST], self._table[k.MOVING]  # kept: a view costs 0.2 µs
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        """Start the target from the present pose of the frame; see `RowPart.start`."""
         placement = configuration.frame(self._frame).placement
         self._table[k.PLACEMENT : k.PLACEMENT + 4, :4] = placement
         self.begin(configuration.pose(self._frame), t)

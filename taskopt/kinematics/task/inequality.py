@@ -199,7 +199,7 @@ class BoundGaze(AimedTask):
         rows.lower[:] = -np.inf
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present pose of the frame; see `RowPart.start`."""
+        """Start the target from the present pose of the frame; see `RowPart.start`."""
         self.begin(configuration.pose(self._moved), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:

@@ -137,7 +137,7 @@ class BoundJoints(AimedTask):
         rows.A[np.arange(self._columns.size), self._columns] = 1.0
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present posture; see `RowPart.start`."""
+        """Start the target from the present posture; see `RowPart.start`."""
         self.begin(configuration.q, t)
 
     def aim(self, t: float) -> None:

@@ -195,7 +195,7 @@ class BoundOrientation(AimedTask):
         self._twist = np.zeros(6)
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present orientation; see `RowPart.start`."""
+        """Start the target from the present orientation; see `RowPart.start`."""
         self.begin(configuration.pose(self._frame), t)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:

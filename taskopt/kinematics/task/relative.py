@@ -127,7 +127,7 @@ class BoundRelative(AimedTask):
         self.take_target(target, PoseSpace(f"target of '{self.name}'", angular=bool(self._rows[0] >= 3)))
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target at the present pose of the frame in the root; see `RowPart.start`."""
+        """Start the target from the present pose of the frame in the root; see `RowPart.start`."""
         relative = inverse(configuration.pose(self._root)) @ configuration.pose(self._frame)
         self.begin(relative, t)
 

@@ -173,7 +173,7 @@ class BoundDuring(BoundTask):
         self._inner.remember(kept)
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Anchor the target of the task; see `RowPart.start`."""
+        """Start the target of the task; see `RowPart.start`."""
         self._inner.start(configuration, t)
         self._begun, self._came_later = t >= self.declared.begin, False
         self._reach.clear()

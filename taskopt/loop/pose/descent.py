@@ -157,7 +157,7 @@ class Descent:
         self._required, self._ranges = required, ranges
 
     def start(self, q: Array) -> None:
-        """Anchor the targets that begin at a posture.
+        """Start all targets from a posture.
 
         Args:
             q: The posture, (nq,) [rad, m].

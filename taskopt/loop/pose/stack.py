@@ -78,7 +78,7 @@ class PostureStack:
 
 
 def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
-    """Return what a stack asks of one posture.
+    """Convert a stack to the goals, clearances and limits of one posture.
 
     Targets are taken without their rates. A limit on distances becomes a task of its own before all goals,
     which asks for d ≥ margin at the posture itself: a step of the search may pass through an obstacle. Pairs

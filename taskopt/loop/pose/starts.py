@@ -16,9 +16,9 @@ _NEAR_SHARE = 0.3  # what a change of a joint by 1 rad counts there, where a pos
 
 
 def drawn(robot: Robot, count: int, seed: int, within: PositionRanges | None = None) -> Array:
-    """Draw postures uniformly within the position limits, with coupled joints where their leaders put them.
+    """Draw postures uniformly within the position limits; coupled joints then follow their leaders.
 
-    Joints that turn without limit are drawn from half a turn to either side, others from 1 m.
+    The coordinate of a joint without limits is drawn from ±π rad if it turns, and from ±1 m if it slides.
 
     Args:
         robot: The robot.
