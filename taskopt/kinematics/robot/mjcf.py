@@ -12,6 +12,7 @@ in `qpos` and (x, y, z, w) in a `pin.Model`.
 
 from collections import Counter
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -66,8 +67,8 @@ def read_mjcf(path: str | Path) -> Parts:
     dropped = (*_lost(compiled, tree), *unread, *beyond, *said, _NO_SPEED)
     parts = Parts(
         tree.model,
-        lambda: shapes_of(compiled, tree.joints, tree.offsets, collision=True),
-        lambda: shapes_of(compiled, tree.joints, tree.offsets, collision=False),
+        partial(shapes_of, compiled, tree.joints, tree.offsets, collision=True),
+        partial(shapes_of, compiled, tree.joints, tree.offsets, collision=False),
         file.stem,
         {name: tree.posture(q) for name, q in _keyframes(compiled)},
         couplings,

@@ -22,6 +22,7 @@ from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
 from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
+from taskopt.kinematics.robot.unheld import unheld_limits
 from taskopt.kinematics.robot.urdf import read_checked, read_urdf
 from taskopt.kinematics.robot.xacro_file import Argument, expanded_xacro
 
@@ -106,7 +107,8 @@ class Robot:
         self._read = numbers_of(model)
         self._known_frames: tuple[int, dict[str, int]] = 0, {}
         self._geometry, self._visual = parts.geometry, parts.visual
-        self.couplings, self.dropped = checked_couplings(self.name, model, couplings), tuple(dropped)
+        self.couplings = checked_couplings(self.name, model, couplings)
+        self.dropped = tuple(dict.fromkeys((*dropped, *unheld_limits(model))))
         self.neutral: Array = _frozen(self.coupled(pin.neutral(model)))
         given = {key: self.coupled(self.checked_q(q)) for key, q in (postures or {}).items()}
         self.postures: dict[str, Array] = {"neutral": self.neutral, "middle": self._middle(), **given}

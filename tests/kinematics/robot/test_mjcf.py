@@ -1,5 +1,6 @@
 """MJCF files give the robots that MuJoCo itself sees in them, whatever the file makes use of."""
 
+import pickle
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,7 @@ from taskopt import Controller, Coupling, FrameTask, JointPositionLimit, JointTa
 from taskopt.errors import DroppedWarning, InvalidValue, MissingFile, NotInstalled, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.robot.mjcf import read_mjcf
 
 mujoco = pytest.importorskip("mujoco")
 gymnasium = pytest.importorskip("gymnasium")
@@ -319,3 +321,13 @@ def test_what_mujoco_warns_of_is_said_and_leaves_no_file(load, tmp_path, monkeyp
     arm = load(fingers("").replace("<compiler ", '<compiler settotalmass="3" '))
     assert any(s.startswith("MuJoCo warns: ") and "settotalmass" in s for s in arm.dropped)
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def test_shapes_survive_a_pickle_of_the_parts(load):
+    """The compiled file goes along, so that another process has the shapes without the file."""
+    load(SHAPES)
+    parts = read_mjcf("arm.xml")
+    again = pickle.loads(pickle.dumps(parts.geometry))
+    for one, other in zip(again().geometryObjects, parts.geometry().geometryObjects, strict=True):
+        assert (one.name, one.parentJoint) == (other.name, other.parentJoint)
+        np.testing.assert_array_equal(one.placement.homogeneous, other.placement.homogeneous)
