@@ -296,6 +296,40 @@ def figures(
 
 
 @app.command()
+def pose(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="A robot that `taskopt list` shows.")],
+    frame: Annotated[str, typer.Option(metavar="FRAME", help="The frame that is to be there.")],
+    at: Annotated[
+        str,
+        typer.Option(
+            metavar="X,Y,Z[,QX,QY,QZ,QW]",
+            help="Position [m], and a quaternion if the orientation matters, in the world.",
+        ),
+    ],
+    starts: Annotated[int, typer.Option(min=1, metavar="N", help="Largest number of starts.")] = 100,
+) -> None:
+    """Find a posture for a pose of one frame, within the joint limits.
+
+    The exit code is 0 if there is one, else 1; the last line says why.
+    """
+    from taskopt.kinematics.robot import Robot
+    from taskopt.loop.pose.solver import solve_pose
+
+    found = solve_pose(Robot.load(robot), {frame: _numbers(at)}, starts=starts)
+    typer.echo(" ".join(f"{value:.9g}" for value in found.q))
+    typer.echo(f"{found.verdict.name}: {found.reason}")
+    raise typer.Exit(0 if found.solved else 1)
+
+
+def _numbers(text: str) -> "Sequence[float]":
+    """Read numbers that are separated by commas."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InvalidValue(f"--at must be numbers separated by commas, got '{text}'") from error
+
+
+@app.command()
 def warmup() -> None:
     """Compile everything now, so that no run has to wait.
 

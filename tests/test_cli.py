@@ -1,5 +1,6 @@
 """The command line: what a user types, what comes back, and what every mistake is answered with."""
 
+import cmath
 import json
 import os
 import re
@@ -283,3 +284,30 @@ def test_warmup_without_compilation_says_so() -> None:
         check=True,
     )
     assert "nothing is compiled, and everything runs as plain Python" in done.stdout
+
+
+def test_a_posture_for_a_position_is_printed(taskopt: Command) -> None:
+    """The joints come first, and the tip of two links of 0.5 m is where it was asked to be."""
+    done = taskopt("pose", "planar2", "--frame", "tip", "--at", "0.6,0.3,0")
+    assert done.code == 0
+    joints, verdict = done.stdout.splitlines()
+    first, second = (float(word) for word in joints.split())
+    tip = 0.5 * (cmath.exp(1j * first) + cmath.exp(1j * (first + second)))
+    assert abs(tip - (0.6 + 0.3j)) < 2e-6
+    assert verdict.startswith("SOLVED")
+
+
+def test_a_posture_that_is_none_has_its_reason(taskopt: Command) -> None:
+    """A position out of reach ends with 1, and with the least error."""
+    done = taskopt("pose", "planar2", "--frame", "tip", "--at", "1.5,0,0", "--starts", "5")
+    assert done.code == 1
+    assert "UNREACHABLE" in done.stdout
+    assert "0.5 m" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("at", "says"), [("0.6,x,0", "numbers separated by commas"), ("0.6,0.3", "goal of 'tip'")]
+)
+def test_positions_that_are_none_are_refused(taskopt: Command, at: str, says: str) -> None:
+    """What cannot be read is said in one line."""
+    assert says in taskopt("pose", "planar2", "--frame", "tip", "--at", at).refusal

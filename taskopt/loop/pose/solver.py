@@ -121,6 +121,7 @@ class PoseSolver:
         Raises:
             InvalidValue: A goal, `start` or `near` does not fit, or `starts` is less than 1.
             UnknownName: A goal is of a frame that the solver was not made for.
+            Infeasible: Hard limits of the stack contradict each other at a posture.
         """
         if starts < 1:
             raise InvalidValue(f"starts must be at least 1, got {starts}")
@@ -216,6 +217,7 @@ class PoseSolver:
         polished = [self._goals.polish(end.q) for end in ranked[:_POLISHED]]
         best = min(polished, key=lambda end: (not end.met, end.merit))
         if best.met:
+            self._goals.look(best.q)
             return self._solved([*ends, best], len(ends), below)
         ticks = sum(end.iterations for end in [*ends, *polished])
         resolution = self._goals.look(best.q)
