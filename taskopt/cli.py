@@ -306,7 +306,6 @@ def pose(
             help="Position [m], and a quaternion if the orientation matters, in the world.",
         ),
     ],
-    starts: Annotated[int, typer.Option(min=1, metavar="N", help="Largest number of starts.")] = 100,
 ) -> None:
     """Find a posture for a pose of one frame, within the joint limits.
 
@@ -315,7 +314,7 @@ def pose(
     from taskopt.kinematics.robot import Robot
     from taskopt.loop.pose.solver import solve_pose
 
-    found = solve_pose(Robot.load(robot), {frame: _numbers(at)}, starts=starts)
+    found = solve_pose(Robot.load(robot), {frame: _numbers(at)})
     typer.echo(" ".join(f"{value:.9g}" for value in found.q))
     typer.echo(f"{found.verdict.name}: {found.reason}")
     raise typer.Exit(0 if found.solved else 1)

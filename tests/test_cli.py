@@ -299,7 +299,7 @@ def test_a_posture_for_a_position_is_printed(taskopt: Command) -> None:
 
 def test_a_posture_that_is_none_has_its_reason(taskopt: Command) -> None:
     """A position out of reach ends with 1, and with the least error."""
-    done = taskopt("pose", "planar2", "--frame", "tip", "--at", "1.5,0,0", "--starts", "5")
+    done = taskopt("pose", "planar2", "--frame", "tip", "--at", "1.5,0,0")
     assert done.code == 1
     assert "UNREACHABLE" in done.stdout
     assert "0.5 m" in done.stdout
