@@ -141,7 +141,7 @@ class Configuration:
         return out
 
     def frame_into(self, frame: str, pose: Array, jacobian: Array) -> None:
-        """Write pose and Jacobian of a frame into arrays that exist, as tasks do on every tick.
+        """Write pose and Jacobian of a frame into existing arrays, without an allocation in each tick.
 
         Args:
             frame: Name of the frame.

@@ -117,14 +117,14 @@ class Part:
         """
 
     def recall(self) -> object:
-        """Return what the part remembers of earlier ticks outside its parameters; None for most parts."""
+        """Return the state of the part from earlier ticks, besides its parameters; None for most parts."""
         return None
 
     def remember(self, kept: object) -> None:
-        """Take what `recall` of the same part returned, in a copy of a plan.
+        """Restore the state that `recall` of the same part returned, in a copy of a plan.
 
         Args:
-            kept: What was returned.
+            kept: The state.
         """
 
 

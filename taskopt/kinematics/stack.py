@@ -313,7 +313,7 @@ class Plan:
         return bool(self._open_gates)
 
     def take_changes(self, t: float) -> None:
-        """Apply the changes of parameters that wait, and carry on those that are blended.
+        """Apply the waiting changes of parameters, and advance those that are blended.
 
         Args:
             t: Time of the tick [s].
@@ -447,16 +447,17 @@ def _copied(
     kept: Sequence[object],
     now: tuple[Array, Array],
 ) -> Plan:
-    """Make a plan that continues where another one is.
+    """Make a plan that continues from the state of another plan.
 
     Args:
         stack: The declared stack.
         robot: The robot.
         dt: Time [s] from one tick to the next.
-        begun: Posture (nq,) and time at which the targets were anchored, or None before the start.
+        begun: Posture (nq,) [rad, m] and time [s] at which the targets were started, or None before the
+            start.
         changes: Values of the parameters, by address.
-        kept: What tasks and limits remember, see `Part.recall`.
-        now: Posture (nq,) and velocity (nv,) as of the last tick.
+        kept: State of tasks and limits, see `Part.recall`.
+        now: Posture (nq,) [rad, m] and velocity (nv,) [rad/s, m/s] as of the last tick.
     """
     plan = Plan(stack, robot, dt)
     q, v = now

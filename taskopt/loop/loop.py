@@ -129,7 +129,7 @@ class Loop:
         """Continue with the memory of another loop of the same stack and resolver.
 
         Args:
-            memory: What `recall` returned.
+            memory: Memory that `recall` returned.
         """
         if self._one_call is None:
             self._memory = cast("Memory | None", memory)

@@ -172,7 +172,7 @@ class _Reaches:
     def of(self, pair: int) -> Array:
         """Return bounds (nv,) [m] on distances of the first solid's points from the joints between the two.
 
-        Raises `InvalidValue` where a sliding joint without a position limit is among them.
+        Raises `InvalidValue` if one of them is a sliding joint without a position limit.
         """
         collision = self._collision
         mine, theirs = (self._supports[joint] for joint in collision.joints[pair])

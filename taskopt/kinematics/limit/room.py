@@ -125,7 +125,7 @@ def brake_into(known, settings, gradient, counted, A, lower, share):
     """Write the rows of a `BoundRoom`, and the share of each velocity.
 
     Args:
-        known: For each row g, travel, bend, and bend far from the edge, (4, m) [m].
+        known: Four numbers of each row: g, travel, bend, and the bend far from the edge, (4, m) [m].
         settings: Influence [m], κ, Δt [s].
         gradient: ∇g of each row, (m, nv).
         counted: Velocities that change each row, (m, nv).

@@ -59,7 +59,7 @@ NUMBERS = ("lowerPositionLimit", "upperPositionLimit", "upperVelocityLimit", "jo
 
 
 def numbers_of(model: Model) -> tuple[Array, ...]:
-    """Copy the numbers of a model that are read once.
+    """Copy those numbers of a model that are read only once, when a robot is made.
 
     Args:
         model: The kinematic tree.

@@ -20,14 +20,14 @@ Shapes = TypeAliasType("Shapes", GeometryModel | Callable[[], GeometryModel] | N
 
 
 class Lazy:
-    """Shapes that a function loads on first use, and that are then kept.
+    """Shapes that a function loads at their first use.
 
-    It names the function and its arguments, where a closure could not be pickled. A pickle has both and not
-    the shapes, so that a robot that goes to another process reads its meshes there.
+    Function and arguments are stored, since a closure could not be pickled. A pickle contains these and not
+    the shapes, so that a robot that is sent to another process reads its meshes there.
 
     Args:
         load: A function at the top level of a module.
-        arguments: What it is called with.
+        arguments: Arguments of the function.
     """
 
     def __init__(self, load: Callable[..., GeometryModel], *arguments: object) -> None:
@@ -150,7 +150,7 @@ def _reduced(model: Model, shapes: Shapes, fixed: list[int], q: Array) -> Geomet
 
 
 def _moved(new: Rebuilt, shapes: Shapes) -> GeometryModel:
-    """Return the shapes of a tree that was built anew."""
+    """Return the shapes of a rebuilt tree."""
     return new.moved(loaded(shapes))
 
 

@@ -435,7 +435,7 @@ class Robot:
 
     @property
     def parts(self) -> Parts:
-        """The parts of which the robot is made; `from_parts` makes an equal robot of them."""
+        """The parts of the robot, of which `from_parts` makes an equal robot."""
         postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
         return Parts(
             self.model, self._geometry, self._visual, self.name, postures, self.couplings, self.dropped
@@ -451,7 +451,7 @@ class Robot:
         return self  # a robot holds no state
 
     def with_frame(self, name: str, parent: str, pose: ArrayLike | Homogeneous) -> "Robot":
-        """Make a robot with one more frame, such as the tip of a tool.
+        """Make a robot with an additional frame, such as the tip of a tool.
 
         Args:
             name: Name of the new frame.
@@ -482,7 +482,8 @@ class Robot:
         Args:
             position: New q_min and q_max of joints [rad, m], by name; each lies inside the present range.
             velocity: New v_max of joints [rad/s, m/s], by name; each is at most the present one.
-            margin: What is taken off at both ends of every range [rad, m], or of single joints by name.
+            margin: Amount by which both ends of the ranges move inwards [rad, m], for all joints or by name
+                of joint.
 
         Returns:
             A new robot; its postures are moved into the new ranges.
@@ -497,12 +498,12 @@ class Robot:
         )
 
     def require_unchanged(self) -> None:
-        """Refuse a model whose limits or tree were changed after the robot was made.
+        """Check that the limits and the tree of the model were not changed after the robot was made.
 
         Limits are read once, when the robot is made. Frames may be added at any time.
 
         Raises:
-            InvalidValue: Numbers of `robot.model` are not those that were read.
+            InvalidValue: Numbers of `robot.model` differ from those that were read.
         """
         for what, before, now in zip(NUMBERS, self._read, numbers_of(self.model), strict=True):
             if before.shape != now.shape or not np.allclose(before, now, MODEL_UNCHANGED, MODEL_UNCHANGED):

@@ -23,7 +23,7 @@ def existing(path: str | Path, kind: str) -> Path:
 
     Raises:
         MissingFile: There is no such file; the message lists its neighbours of the same kind.
-        InvalidValue: The path is no text and no `Path`, or cannot be a path.
+        InvalidValue: The path is neither a text nor a `Path`, or cannot be a path.
     """
     if not isinstance(path, str | os.PathLike):
         raise InvalidValue(f"a {kind} file is given by its path, got {path!r}")
@@ -68,7 +68,7 @@ def finite_numbers(text: str) -> list[float] | None:
         text: The numbers, in the notation of XML formats: ASCII digits, a point, an exponent.
 
     Returns:
-        The numbers, or None if a word is none.
+        The numbers, or None if one of the words is not a finite number.
     """
     words = text.split()
     if not all(map(_NUMBER.fullmatch, words)):  # float() reads 1_0, infinity and digits of other scripts, too

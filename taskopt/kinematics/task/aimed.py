@@ -51,7 +51,7 @@ class AimedTask(BoundTask):
         """Return the value to which the target was set while the stack ran, or None; see `Part.recall`.
 
         Raises:
-            InvalidValue: The target was replaced by one that moves, which began where the robot was then.
+            InvalidValue: The target was replaced by a moving `Target`, whose start cannot be repeated.
         """
         if self._redirected:
             raise InvalidValue(

@@ -174,11 +174,11 @@ class BoundAlignment(_BoundTurn):
         return {**super().adjustable(), "direction": direction}
 
     def _checked_direction(self, direction: ArrayLike) -> Array:
-        """Return a direction at length 1."""
+        """Check a direction, and return it at length 1."""
         return unit(f"direction of '{self.name}'", direction)
 
     def _shorten(self) -> None:
-        """Bring a direction that is blended between two others back to length 1."""
+        """Scale a direction that is blended between two others to length 1."""
         self._direction /= max(float(np.linalg.norm(self._direction)), tolerances.NO_DIRECTION)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002

@@ -150,12 +150,12 @@ class BoundRelative(AimedTask):
 
 
 class RelativeError(NamedTuple):
-    """Arrays between the steps of a `RelativeFrameTask`.
+    """Working arrays of a `RelativeFrameTask`, whose docstring explains the symbols.
 
     Attributes:
         root: Pose of the root in the world, (4, 4).
         pose: Pose X of the frame in the root, (4, 4).
-        away: X_d⁻¹ X, or the turn from X to X_d, (4, 4).
+        away: In own axes X_d⁻¹ X, in root axes the rotation from X to X_d, (4, 4).
         error: e of all six rows, (6,).
         M: Matrix with ė = M (w_d − w), (6, 6).
         jlog: Jlog6 of `away`, (6, 6).
@@ -172,7 +172,7 @@ class RelativeError(NamedTuple):
 
     @staticmethod
     def empty() -> "RelativeError":
-        """Return the arrays, with no meaning yet."""
+        """Allocate the arrays; their numbers are not valid yet."""
         return RelativeError(
             np.eye(4), np.eye(4), np.eye(4), np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6)
         )
@@ -180,13 +180,13 @@ class RelativeError(NamedTuple):
 
 @kernel
 def relative_motion_into(root, frame, of_root, of_frame):
-    """Turn the Jacobian of a frame into that of its motion w relative to the root, in the root's axes.
+    """Compute the Jacobian of the motion w of a frame relative to the root, in the root's axes.
 
     Args:
         root: Pose of the root in the world, (4, 4).
         frame: Pose of the frame in the world, (4, 4).
         of_root: Jacobian of the root along the axes of the world, (6, nv).
-        of_frame: Jacobian of the frame likewise, (6, nv); overwritten by that of w.
+        of_frame: Jacobian of the frame along the axes of the world, (6, nv); overwritten by that of w.
     """
     x, y, z = frame[0, 3] - root[0, 3], frame[1, 3] - root[1, 3], frame[2, 3] - root[2, 3]
     for k in range(of_frame.shape[1]):
@@ -206,15 +206,15 @@ def relative_motion_into(root, frame, of_root, of_frame):
 def relative_error_into(own, frame, goal, twist, work):
     """Compute e, the matrix M with ė = M (w_d − w), and M w_d.
 
-    In own axes the linear part of w_d acts at x in place of x_d; in root axes its angular part is turned back
-    by the turn from X to X_d.
+    In own axes the linear part of w_d is taken at x instead of x_d. In root axes the inverse of the rotation
+    from X to X_d is applied to its angular part.
 
     Args:
-        own: Measure e in the axes of the frame, else in those of the root.
+        own: True to measure e in the axes of the frame, False in those of the root.
         frame: Pose of the frame in the world, (4, 4).
         goal: X_d, (4, 4).
         twist: Rate of X_d in the axes of the root, (6,).
-        work: A `RelativeError` with its `root`; everything else is written here.
+        work: A `RelativeError` in which `root` is set; all other arrays are written here.
     """
     pose, away, M, jlog = work.pose, work.away, work.M, work.jlog
     relative_into(work.root, frame, pose)
@@ -249,7 +249,7 @@ def relative_error_into(own, frame, goal, twist, work):
 
 @kernel
 def _turned_back(R, w):
-    """Return Rᵀ w, three numbers."""
+    """Return Rᵀ w as three numbers."""
     return (
         R[0, 0] * w[0] + R[1, 0] * w[1] + R[2, 0] * w[2],
         R[0, 1] * w[0] + R[1, 1] * w[1] + R[2, 1] * w[2],

@@ -156,7 +156,7 @@ class BoundDuring(BoundTask):
         return self._inner.rows_of_axes(axes)
 
     def recall(self) -> object:
-        """Refuse to be copied once the task has come, since its target was anchored then; see `Part.recall`.
+        """Refuse a copy once the task has come, since its target was started then; see `Part.recall`.
 
         Raises:
             InvalidValue: The task came after the start.
@@ -169,7 +169,7 @@ class BoundDuring(BoundTask):
         return self._inner.recall()
 
     def remember(self, kept: object) -> None:
-        """Hand on what the task remembers; see `Part.remember`."""
+        """Restore the state of the task; see `Part.remember`."""
         self._inner.remember(kept)
 
     def start(self, configuration: Configuration, t: float) -> None:

@@ -1,4 +1,4 @@
-"""Distances of a posture to obstacles and between links, as a task that comes before all goals."""
+"""The task that keeps distances to obstacles and between links at a posture, before all goals."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ class ClearanceTask(Task):
 
     Attributes:
         limit: An `ObstacleLimit` or a `SelfCollisionLimit`; its `gain` is not used.
-        moved: (nv,) velocities that move the goals; pairs that none of them moves are passed over.
+        moved: (nv,) True for velocities that move the goals; pairs that none of them moves are ignored.
     """
 
     limit: ObstacleLimit | SelfCollisionLimit
@@ -41,9 +41,9 @@ class ClearanceTask(Task):
 
 
 class BoundClearance(BoundTask):
-    """Rows [m/s] for the nearest pairs of shapes; the error is how far each is inside the margin [m].
+    """Rows [m/s] for the nearest pairs of shapes; the error is the depth of each inside its margin [m].
 
-    Since the nearest pairs have the rows, no pair is inside its margin if none with a row is.
+    Since the nearest pairs have the rows, all pairs keep their margins if those with rows do.
 
     Args:
         limit: The limit, bound to the robot.

@@ -191,7 +191,7 @@ class PoseSolver:
                 yield self._with_still_joints(q, anchor), _SCAN
 
     def _with_still_joints(self, q: Array, anchor: Array) -> Array:
-        """Return a posture with the joints that do not move the goals where they are at another one."""
+        """Return a posture in which joints that do not move the goals are as in another posture, `anchor`."""
         if self._asked.moved.all():
             return q
         still = np.where(self._asked.moved, 0.0, self.robot.difference(q, anchor))

@@ -107,14 +107,14 @@ def posture_stack(stack: Stack, robot: Robot) -> PostureStack:
 
 
 def columns_moved(tasks: Sequence[Task], robot: Robot) -> Mask:
-    """Find the velocities that change what some tasks ask for.
+    """Find the velocities that change the errors of some tasks.
 
     Args:
         tasks: The tasks.
         robot: The robot.
 
     Returns:
-        (nv,) True for a velocity with an entry in their rows, at one of three postures that are not special.
+        (nv,) True for a velocity with an entry in their rows at one of three generic postures.
     """
     moved = np.zeros(robot.nv, dtype=bool)
     for turn in (0.3, 0.7, 1.1):
