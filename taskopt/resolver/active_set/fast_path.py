@@ -1,9 +1,10 @@
 """The fast path: the closed form for ticks in which every strict level is met and no new inequality binds.
 
-What comes last is either the joint rows of the last level or the norm; D is its diagonal and x0 its target.
-The columns are divided into C, those with an entry of D; U, those without one or with a very small one, such
-as a floating base without a posture; and X, those that W holds at a bound. All other rows are M x + s = r,
-where s = 0 for strict levels, and s costs ½ w s² in the last level:
+The cost that is minimised last has the diagonal D and the target x0; it is that of the joint rows of the last
+level, or that of the norm. The columns are divided into three sets. C are those with an entry of D, U those
+without an entry or with a very small one, such as the columns of a floating base without a posture, and X
+those that W holds at a bound. All other rows are M x + s = r. For strict levels s = 0; in the last level s
+costs ½ w s²:
 
     min ½ Σ D_j (x_j − x0_j)² + ½ Σ s_i²/S_i,   S_i = 0 or 1/w_i
     [ K     M_U ] [ λ   ]   [ r − M_C x0_C − M_X x_X ]
