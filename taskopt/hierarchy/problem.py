@@ -242,7 +242,7 @@ class Hierarchy:
 
     @property
     def label(self) -> Array:
-        """Label of each row, (M,): the number of its name in its block, from 1 on; 0 for its own name."""
+        """Label of each row, (M,): 0 for its own name, else a number in `choices` of its block, from 1 on."""
         return self.rows.label
 
     @property

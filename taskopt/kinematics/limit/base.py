@@ -44,7 +44,7 @@ class BoundLimit(Part):
             self.kernel(self.parameters, self.memory, state_of(configuration), bounds, owner)  # type: ignore[call-arg]
 
     def box_part(self) -> "BoundLimit":
-        """Return the part that narrows bounds in a plan: the limit itself, unless it hands that on.
+        """Return the part that narrows bounds in a plan: the limit itself, or another part in its place.
 
         Returns:
             The part.

@@ -113,7 +113,7 @@ def coupled(model: Model, couplings: Sequence[Coupling], q: Array) -> Array:
 
 
 def narrow_leaders(model: Model, couplings: Sequence[Coupling]) -> tuple[str, ...]:
-    """Narrow the position range of each leader to where its followers are within theirs.
+    """Narrow the position range of each leader, so that its followers stay in their own ranges.
 
     Args:
         model: The kinematic tree, whose limits are changed in place.
