@@ -24,6 +24,8 @@ _FLOATING = {
     "simple_humanoid_classical",
 }  # fmt: skip
 
+_BY_FILE = "a file is read by Robot.from_urdf, Robot.from_xacro or Robot.from_mjcf"
+
 
 def load_named(name: str, floating: bool | None = None) -> Parts:
     """Read the parts of a robot by name.
@@ -42,6 +44,8 @@ def load_named(name: str, floating: bool | None = None) -> Parts:
             installed.
         InvalidValue: `floating` is True for an arm of the textbook.
     """
+    if not isinstance(name, str):
+        raise InvalidValue(f"a robot is loaded by its name, got {name!r}; {_BY_FILE}")
     if name in ARMS:
         if floating:
             raise InvalidValue(
@@ -87,9 +91,10 @@ def _path(name: str) -> Path:
     files = _files()
     if name not in files:
         longer = [known for known in files if known.endswith(f"/{name}")]
-        raise UnknownName(
-            "robot", name, (*ARMS, *files), f"({' and '.join(longer)} have that file name)" if longer else ""
-        )
+        hint = f"({' and '.join(longer)} have that file name)" if longer else ""
+        if name.endswith((".urdf", ".xacro", ".xml")):
+            hint = f"({_BY_FILE})"
+        raise UnknownName("robot", name, (*ARMS, *files), hint)
     return files[name]
 
 

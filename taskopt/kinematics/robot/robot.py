@@ -90,6 +90,11 @@ class Robot:
                 f"a robot is made from a pin.Model, got {model!r}; for a name use Robot.load, for a file "
                 "Robot.from_urdf"
             )
+        if model.nv == 0:
+            raise InvalidValue(
+                "a robot needs a joint that moves, and this pin.Model has none; Pinocchio ignores <include> "
+                "of an MJCF file, which Robot.from_mjcf resolves"
+            )
         parts = Parts(model, geometry, visual).with_still_axes({})
         self.model = model = parts.model
         self.name: str = name or model.name or "robot"

@@ -1,9 +1,11 @@
 """Every robot of the extra: kinematics, limits, and whether its base floats."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from taskopt.errors import MissingFile, NotInstalled, UnknownName
+from taskopt.errors import InvalidValue, MissingFile, NotInstalled, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot, named, robot_names
 from taskopt.kinematics.robot.arms import ARMS
@@ -82,12 +84,19 @@ def test_joints_can_be_locked_on_loading():
         ("pandda", "did you mean panda"),
         ("anymal", "anymal_b_simple/anymal.* have that file name"),
         ("ur3", "ur3_robot"),
+        ("my_arm.urdf", r"a file is read by Robot\.from_urdf"),
     ],
 )
 def test_an_unknown_robot_gets_the_nearest(name, said):
     """A typing error, a stem that two robots share, the empty file."""
     with pytest.raises(UnknownName, match=said):
         Robot.load(name)
+
+
+def test_something_else_than_a_name_is_refused():
+    """A path object in place of a name gets the way to read a file."""
+    with pytest.raises(InvalidValue, match=r"by its name, got .*Robot\.from_urdf"):
+        Robot.load(Path("arm.urdf"))
 
 
 def test_without_the_extra_the_line_that_installs_it_is_given(monkeypatch):

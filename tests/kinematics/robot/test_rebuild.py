@@ -145,6 +145,12 @@ def test_a_body_of_an_mjcf_file_that_lost_its_names_is_refused(tmp_path):
         Robot(pin.buildModelFromMJCF(str(tmp_path / "cart.xml")))
 
 
+def test_a_model_without_joints_is_refused():
+    """As Pinocchio reads an MJCF file that only includes others, or when all joints are locked."""
+    with pytest.raises(InvalidValue, match=r"joint that moves.*<include>.*Robot\.from_mjcf"):
+        Robot(pin.Model())
+
+
 def test_a_joint_that_cannot_be_split_is_refused():
     """A joint on an ellipsoid is no chain of axes."""
     model = pin.Model()
