@@ -85,16 +85,7 @@ class Robot:
                 coupling does not fit it.
             UnknownName: A coupling names a joint that is not there.
         """
-        if not isinstance(model, pin.Model):
-            raise InvalidValue(
-                f"a robot is made from a pin.Model, got {model!r}; for a name use Robot.load, for a file "
-                "Robot.from_urdf"
-            )
-        if model.nv == 0:
-            raise InvalidValue(
-                "a robot needs a joint that moves, and this pin.Model has none; Pinocchio ignores <include> "
-                "of an MJCF file, which Robot.from_mjcf resolves"
-            )
+        _check(model)
         parts = Parts(model, geometry, visual).with_still_axes({})
         self.model = model = parts.model
         self.name: str = name or model.name or "robot"
@@ -645,6 +636,20 @@ class Robot:
         middle = 0.5 * (self.position_lower[two_sided] + self.position_upper[two_sided])
         out[self.position_index[two_sided]] = middle
         return _frozen(self.coupled(out))
+
+
+def _check(model: Model) -> None:
+    """Raise `InvalidValue` unless a robot can be made from a model."""
+    if not isinstance(model, pin.Model):
+        raise InvalidValue(
+            f"a robot is made from a pin.Model, got {model!r}; for a name use Robot.load, for a file "
+            "Robot.from_urdf"
+        )
+    if model.nv == 0:
+        raise InvalidValue(
+            "a robot needs a joint that moves, and this pin.Model has none; Pinocchio ignores <include> "
+            "of an MJCF file, which Robot.from_mjcf resolves"
+        )
 
 
 def _frozen(array: Array) -> Array:
