@@ -3,6 +3,8 @@
 The types have short names, so that `help()` prints `Array` instead of the type parameters of NumPy.
 """
 
+from reprlib import repr as shortened
+
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import TypeAliasType
@@ -59,8 +61,8 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         if np.iscomplexobj(value):
             raise TypeError("complex")
         array = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InvalidValue(f"{name} must be numbers, got {value!r}") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidValue(f"{name} must be numbers, got {shortened(value)}") from error
     fits = array.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, array.shape, strict=True)
     )

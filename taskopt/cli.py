@@ -4,12 +4,14 @@ import os
 import sys
 from collections.abc import Generator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from taskopt.bench.commands import bench
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 
 if TYPE_CHECKING:
@@ -28,16 +30,32 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-bench = typer.Typer(
-    help="Measure solvers and methods on this machine.", no_args_is_help=True, rich_markup_mode=None
-)
 app.add_typer(bench, name="bench")
 
 ScenarioFile = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="Python file that defines `scenario`. The file is executed: run only files that you trust.",
+        help="Python file that defines `scenario`, or demo. The file is executed: run only files that you "
+        "trust.",
+    ),
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="ADDRESS=VALUE",
+        help="Set a parameter of a task or a limit, such as hand.weight=0.1; once for each.",
+        show_default=False,
+    ),
+]
+Period = Annotated[
+    float | None,
+    typer.Option(
+        "--dt",
+        metavar="SECONDS",
+        help="Time between ticks, instead of the scenario's own.",
+        show_default=False,
     ),
 ]
 Duration = Annotated[
@@ -54,6 +72,20 @@ Live = Annotated[
 ]
 Record = Annotated[bool, typer.Option(help="Write a recording, a table of all ticks and a manifest.")]
 Logs = Annotated[Path, typer.Option(metavar="FOLDER", help="Write to FOLDER/<scenario>/<time>/.")]
+
+
+class Variation(NamedTuple):
+    """What a run does otherwise than its scenario, see `taskopt.loop.variation.varied`.
+
+    Attributes:
+        changes: Texts such as "hand.weight=0.1".
+        duration: Length of the run [s]; None: the scenario's own.
+        dt: Time between ticks [s]; None: the scenario's own.
+    """
+
+    changes: "Sequence[str]"
+    duration: float | None
+    dt: float | None
 
 
 @dataclass(frozen=True)
@@ -101,13 +133,15 @@ def run(
             "-r", "--resolver", metavar="NAME", help="Name of the resolver; `taskopt list` shows them."
         ),
     ] = "active-set",
+    changes: Changes = None,
     duration: Duration = None,
+    dt: Period = None,
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
 ) -> None:
     """Run a scenario, print a summary and write a recording."""
-    _resolve(scenario, [resolver], duration, Output(record, logs, live))
+    _resolve(scenario, [resolver], Variation(changes or [], duration, dt), Output(record, logs, live))
 
 
 @app.command()
@@ -119,10 +153,12 @@ def compare(
             "-r",
             "--resolver",
             metavar="NAME",
-            help="Name of a resolver, once for each; `taskopt list` shows them.",
+            help="Names of resolvers, separated by commas or by repeating -r; `taskopt list` shows them.",
         ),
     ],
+    changes: Changes = None,
     duration: Duration = None,
+    dt: Period = None,
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
@@ -133,10 +169,11 @@ def compare(
     Raises:
         InvalidValue: A resolver is named twice.
     """
+    resolvers = [name for named in resolvers for name in named.split(",") if name]
     twice = sorted({name for name in resolvers if resolvers.count(name) > 1})
     if twice:
         raise InvalidValue(f"name each resolver once; named twice: {', '.join(twice)}")
-    _resolve(scenario, resolvers, duration, Output(record, logs, live))
+    _resolve(scenario, resolvers, Variation(changes or [], duration, dt), Output(record, logs, live))
 
 
 @app.command()
@@ -173,104 +210,6 @@ def view(
 
         take_picture(path, picture, at)
         typer.echo(f"wrote {picture}, a picture of {path}")
-
-
-@bench.command()
-def accuracy(
-    solvers: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-s",
-            "--solver",
-            metavar="NAME",
-            help="Name of a solver, once for each; by default all that are installed.",
-        ),
-    ] = None,
-    family: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME", help="How the solvers are used: hqp (level by level) or wqp (one weighted QP)."
-        ),
-    ] = "hqp",
-    trials: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Number of problems for each singular value and damping.")
-    ] = 20,
-) -> None:
-    """Measure how accurate each solver is near a singularity.
-
-    For several smallest singular values and dampings, with and without active bounds.
-    """
-    from rich.console import Console
-    from rich.progress import track
-
-    from taskopt.bench.accuracy import CELLS, ROOMS, installed, measure, table, verdict
-    from taskopt.report import terminal
-
-    names, console, behind = solvers or installed(), terminal(), Console(stderr=True)
-    for room in ROOMS:
-        cells = measure(names, family, trials, room)
-        total, hidden = CELLS * len(names), not behind.is_terminal
-        kept = [*track(cells, family, total, console=behind, transient=True, disable=hidden)]
-        console.print(table(kept, family, room))
-        console.print(verdict(kept), highlight=False, markup=False)
-
-
-@bench.command()
-def fuzz(
-    ticks: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Number of ticks, shared by four robots.")
-    ] = 100_000,
-    resolver: Annotated[
-        str,
-        typer.Option(
-            "-r", "--resolver", metavar="NAME", help="Name of the resolver; `taskopt list` shows them."
-        ),
-    ] = "active-set",
-    seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other stacks.")] = 0,
-    keep: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="Save problems whose answer fails, so that they can be resolved again."
-        ),
-    ] = None,
-) -> None:
-    """Resolve random stacks and check every answer.
-
-    The column "fallback" counts answers that the resolver could not find itself and took from another one.
-    The exit code is 1 unless every answer is proven, or reported as failed, and every limit is kept.
-    """
-    from rich.console import Console
-    from rich.progress import track
-
-    from taskopt.bench.fuzz import FRAMES, table
-    from taskopt.bench.fuzz import fuzz as ticks_of
-    from taskopt.report import terminal
-
-    behind, each = Console(stderr=True), max(ticks // len(FRAMES), 1)
-    tallies = []
-    for name in FRAMES:
-        hidden = not behind.is_terminal
-        ticking = ticks_of(name, each, seed, resolver, keep)
-        steps = track(ticking, name, each, console=behind, transient=True, disable=hidden)
-        tallies += [*steps][-1:]
-    terminal().print(table(tallies))
-    if not all(tally.clean for tally in tallies):
-        raise typer.Exit(1)
-
-
-@bench.command()
-def strictness(
-    cases: Annotated[int, typer.Option(min=1, metavar="N", help="Number of cases.")] = 1000,
-) -> None:
-    """Compare strict levels with weights.
-
-    The alternatives are a weighted cost and a projected cost for the second level.
-    """
-    from taskopt.bench.strictness import measure, table
-    from taskopt.report import terminal
-
-    *_, methods = measure(cases)
-    terminal().print(table(methods))
 
 
 @app.command()
@@ -346,11 +285,32 @@ def warmup() -> None:
 
 
 @app.command()
-def list() -> None:
+def list(
+    part: Annotated[
+        str, typer.Argument(metavar="PART", help="Show only names that have PART in them, such as panda.")
+    ] = "",
+) -> None:
     """List robots, solvers, resolvers and scenarios."""
     from taskopt.report import show_inventory, terminal
 
-    show_inventory(terminal())
+    show_inventory(terminal(), part)
+
+
+def _show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        typer.echo(f"taskopt {version('taskopt')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and end."),
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
 
 
 def main() -> None:
@@ -363,22 +323,22 @@ def main() -> None:
     except TaskoptError as error:
         if len(arguments) < len(sys.argv) - 1:
             raise
-        typer.echo(f"taskopt: {error}", err=True)
+        where = "".join(f"{note}: " for note in getattr(error, "__notes__", ()))
+        typer.echo(f"taskopt: {where}{error}", err=True)
         sys.exit(2)
 
 
-def _resolve(file: str, names: "Sequence[str]", duration: float | None, output: Output) -> None:
+def _resolve(file: str, names: "Sequence[str]", variation: Variation, output: Output) -> None:
     """Run a scenario with all resolvers, record it, and print the summary."""
     from taskopt.compare import Comparison
     from taskopt.loop.scenario import load_scenario
+    from taskopt.loop.variation import varied
     from taskopt.record import RunInfo, record
     from taskopt.report import show, terminal
     from taskopt.resolver.registry import resolver
 
     resolvers = [resolver(name) for name in names]
-    scenario = load_scenario(file)
-    if duration is not None:
-        scenario = replace(scenario, duration=duration)
+    scenario = varied(load_scenario(file), *variation)
     comparison = Comparison(scenario, resolvers)
     logs = output.recorders(RunInfo(scenario, tuple(names), Path(file)))
     try:

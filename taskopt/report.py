@@ -250,31 +250,34 @@ def _most_active(summary: Summary, count: int = 4) -> str:
     return ", ".join(f"{name} {_share(ticks, summary.ticks)}" for name, ticks in most)
 
 
-def show_inventory(console: Console) -> None:
+def show_inventory(console: Console, part: str = "") -> None:
     """Print robots, solvers with the command that installs them, resolvers and scenarios.
 
     Args:
         console: Console on which the text is printed.
+        part: Only names that contain these letters are printed.
     """
-    arms = tuple(ARMS)
-    console.print(Text("arms of the textbook", style="bold"))
-    console.print(Columns(arms, padding=(0, 2)))
-    robots = robot_names()[len(arms) :]
-    if robots:
-        console.print(Text("robots", style="bold"))
-        console.print(Columns(robots, padding=(0, 2)))
-    else:
+    names = robot_names()
+    groups = {"arms of the textbook": names[: len(ARMS)], "robots": names[len(ARMS) :]}
+    for title, known in groups.items():
+        if found := [name for name in known if part in name]:
+            console.print(Text(title, style="bold"))
+            console.print(Columns(found, padding=(0, 2)))
+    if len(names) == len(ARMS):
         console.print("no other robots; install them with: pip install 'taskopt[robots]'", markup=False)
     rows = Table("solver", "method", "installed", box=box.SIMPLE_HEAD, pad_edge=False)
-    for solver in solvers():
+    for solver in (solver for solver in solvers() if part in solver.name):
         rows.add_row(
             solver.name, solver.method, "yes" if solver.installed else f"no: pip install {solver.install}"
         )
-    console.print(rows)
+    if rows.row_count:
+        console.print(rows)
     plain = [name for name in resolver_names() if "/" not in name or name.startswith("dls")]
     families = "wqp/<solver>, hqp/<solver>, cvxpy/<solver>"
-    console.print(f"resolvers: {', '.join(plain)}, {families}", highlight=False)
-    files = ", ".join(map(str, scenario_files())) or "none in tasks/ of this folder"
+    if found := [name for name in [*plain, families] if part in name]:
+        console.print(f"resolvers: {', '.join(found)}", highlight=False)
+    scenarios = ["demo", *map(str, scenario_files())]
+    files = ", ".join(name for name in scenarios if part in name) or "none of that name"
     console.print(f"scenarios: {files}", highlight=False, markup=False)
 
 

@@ -32,7 +32,7 @@ from time import sleep
 from taskopt import Robot
 mesh = "<visual><geometry><mesh filename='nowhere.stl'/></geometry></visual>"
 Path("a.urdf").write_text(f"<robot name='a'><link name='b'>{mesh}</link></robot>")
-print(Robot.from_urdf("a.urdf").visual)
+print(Robot.from_urdf("a.urdf", floating=True).visual)
 """
 
 

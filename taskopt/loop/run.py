@@ -96,7 +96,7 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
         UnknownName: There is no resolver of that name.
     """
     resolver = as_resolver(resolver)
-    plan = scenario.stack.compile(scenario.robot, scenario.dt)
+    plan = scenario.compile()
     loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
     q = scenario.start.copy()
     loop.start(q, 0.0)  # imports and compilation are nobody's solve time

@@ -1,20 +1,23 @@
 """Scenarios, which have the robot, start, stack, duration and period of a run, and loading their files."""
 
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import cleandoc
 from pathlib import Path
+from traceback import extract_tb
 
 from taskopt.arrays import Array, ArrayLike, positive
-from taskopt.errors import InvalidValue, MissingFile
+from taskopt.errors import InvalidValue, MissingFile, TaskoptError
+from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.stack import Stack
+from taskopt.kinematics.stack import Plan, Stack
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
 
 FOLDER = Path("tasks")
+DEMO = Path(__file__).with_name("demo.py")  # the scenario that is part of the package
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -23,12 +26,15 @@ class Scenario:
 
     Attributes:
         robot: The robot.
-        q0: Start posture, (nq,) [rad, m]; it must be inside the robot's position limits.
+        q0: Start posture, (nq,) [rad, m]; the name of a posture; or a mapping from joint to number. It must
+            be inside the robot's position limits.
         stack: The tasks and limits.
         duration: Length of the run [s].
         dt: Period, the time between two ticks [s].
         on_conflict: What to do at a tick whose hard limits contradict each other: "raise" `Infeasible`,
             "relax" them by the least that lets them agree, or "brake" to standstill.
+        settings: Parameters that the run begins with instead of what the stack declares, by address, such as
+            {"hand.weight": 0.1}; see `Controller.set`.
         trails: Frames, such as that of an elbow, whose paths a recording shows in addition to those of the
             tasks.
         name: Name of the run and of its log folder; a scenario file gives its own name.
@@ -41,11 +47,12 @@ class Scenario:
     """
 
     robot: Robot
-    q0: ArrayLike
+    q0: ArrayLike | Mapping[str, float]
     stack: Stack
     duration: float
     dt: float = 1e-3
     on_conflict: ConflictPolicy = "raise"
+    settings: Mapping[str, Setting] = field(default_factory=dict)
     trails: Sequence[str] = ()
     name: str = ""
     description: str = ""
@@ -64,7 +71,22 @@ class Scenario:
             raise InvalidValue(f"trails must be a list of frames; write [{self.trails!r}]")
         for frame in self.trails:
             self.robot.frame_id(frame)
-        self.stack.compile(self.robot, self.dt)  # unknown names and wrong sizes are errors of the declaration
+        self.compile()  # unknown names and wrong sizes are errors of the declaration
+
+    def compile(self) -> Plan:
+        """Compile the stack for the robot, with the settings of the scenario.
+
+        Returns:
+            The plan; its first tick applies the settings.
+
+        Raises:
+            UnknownName: There is no frame, joint or parameter of a name that is used.
+            InvalidValue: As `Stack.compile`, or a parameter does not take its value.
+        """
+        plan = self.stack.compile(self.robot, self.dt)
+        if self.settings:
+            plan.set(self.settings)
+        return plan
 
     @property
     def start(self) -> Array:
@@ -83,17 +105,18 @@ def load_scenario(path: str | Path) -> Scenario:
     The file is executed, so load only files that you trust.
 
     Args:
-        path: The file.
+        path: The file; or "demo" for the scenario that is part of the package.
 
     Returns:
         The scenario. If it lacks a name or a description, it gets the file's name or docstring.
 
     Raises:
         MissingFile: There is no such file; the message suggests near names.
-        InvalidValue: The file is not Python, or has no `scenario`.
-        Exception: Any exception that the file itself raises.
+        InvalidValue: The file is not Python, has no `scenario`, or does something wrong; the message has the
+            line.
+        TaskoptError: An error of this package, raised by the file; a note has the line.
     """
-    file = _existing(Path(path))
+    file = DEMO if str(path) == DEMO.stem and not Path(path).exists() else _existing(Path(path))
     spec = spec_from_file_location(f"taskopt_scenario_{file.stem}", file)
     if spec is None or spec.loader is None:
         raise InvalidValue(f"{file} is not a Python file; a scenario ends in .py")
@@ -103,6 +126,11 @@ def load_scenario(path: str | Path) -> Scenario:
         spec.loader.exec_module(module)
     except SyntaxError as error:
         raise InvalidValue(f"{file} is not valid Python: line {error.lineno}: {error.msg}") from error
+    except TaskoptError as error:
+        error.add_note(_place(error, file))
+        raise
+    except Exception as error:  # whatever else a user's file does wrong is told with its line
+        raise InvalidValue(f"{_place(error, file)}: {type(error).__name__}: {error}") from error
     scenario = getattr(module, "scenario", None)
     if not isinstance(scenario, Scenario):
         got = (
@@ -125,6 +153,13 @@ def scenario_files(folder: Path = FOLDER) -> tuple[Path, ...]:
         The Python files whose names do not begin with an underscore, in alphabetical order.
     """
     return tuple(sorted(file for file in folder.glob("*.py") if not file.name.startswith("_")))
+
+
+def _place(error: Exception, file: Path) -> str:
+    """Return the file and its last line that took part in an error."""
+    frames = extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == file.resolve()]
+    return f"{file}, line {lines[-1]}" if lines else str(file)
 
 
 def _existing(path: Path) -> Path:

@@ -11,6 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import TypeAlias
 
+import numpy as np
+
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 
@@ -86,6 +88,7 @@ def manifest(info: RunInfo) -> dict[str, Json]:
             "description": scenario.description,
             "duration_s": scenario.duration,
             "dt_s": scenario.dt,
+            "settings": {name: _plain(value) for name, value in scenario.settings.items()},
             **_source(info.source),
         },
         "robot": {"name": scenario.robot.name, "nq": scenario.robot.nq, "nv": scenario.robot.nv},
@@ -98,6 +101,16 @@ def manifest(info: RunInfo) -> dict[str, Json]:
         "versions": versions(),
         "machine": machine(),
     }
+
+
+def _plain(value: object) -> Json:
+    """Return a setting as plain data for JSON; a target that moves as its text."""
+    if isinstance(value, bool | int | float | str):
+        return value
+    try:
+        return np.asarray(value, dtype=np.float64).tolist()
+    except (TypeError, ValueError):
+        return repr(value)
 
 
 def versions() -> dict[str, str]:

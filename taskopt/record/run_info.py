@@ -40,4 +40,4 @@ class RunInfo:
         Returns:
             A plan that shares no memory with the run or with `plan`.
         """
-        return self.scenario.stack.compile(self.scenario.robot, self.scenario.dt)
+        return self.scenario.compile()

@@ -92,6 +92,7 @@ def test_a_missing_file_gets_the_nearest_names(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_bugs_in_a_scenario_file_keep_their_traceback(tmp_path: Path) -> None:
-    """What is not a deliberate error of this package is not dressed up as one."""
-    with pytest.raises(ZeroDivisionError):
+    """The error of the file is the cause of the one that names its line."""
+    with pytest.raises(InvalidValue, match="line 1: ZeroDivisionError") as told:
         load_scenario(written(tmp_path, "x = 1 / 0\n"))
+    assert isinstance(told.value.__cause__, ZeroDivisionError)

@@ -508,19 +508,25 @@ class Robot:
                     "then; use robot.with_limits(...), or make a new Robot of the changed pin.Model"
                 )
 
-    def checked_q(self, q: ArrayLike) -> Array:
+    def checked_q(self, q: ArrayLike | Mapping[str, float]) -> Array:
         """Check a configuration that a user gave, and return a copy with normalised quaternions.
 
         Args:
-            q: Configuration (nq,) [rad, m].
+            q: Configuration (nq,) [rad, m]; the name of a posture; or a mapping from joint to number, in
+                which joints that are not named are at Pinocchio's neutral value, moved into their limits.
 
         Returns:
             A new array (nq,).
 
         Raises:
             InvalidValue: q has the wrong size, a number that is not finite, or a quaternion (or cosine and
-                sine) whose norm is not 1.
+                sine) whose norm is not 1; or a joint of a mapping has not one coordinate.
+            UnknownName: There is no joint or posture of that name.
         """
+        if isinstance(q, str):
+            return self.posture(q)
+        if isinstance(q, Mapping):
+            return self._by_joint(q)
         out = finite(f"q of {self.name}", q, (self.nq,))
         for joint, part in self._unit_norm:
             norm = float(np.linalg.norm(out[part]))
@@ -531,6 +537,21 @@ class Robot:
                 )
             out[part] /= norm
         return out
+
+    def _by_joint(self, values: Mapping[str, float]) -> Array:
+        """Return the configuration (nq,) in which the joints named have the numbers given [rad, m]."""
+        out = self._inside(self.neutral)
+        for name, value in values.items():
+            joint = self.model.joints[self.joint_id(name)]
+            number = finite(f"q of {name}", value, ())
+            if joint.nv != 1:
+                raise InvalidValue(
+                    f"{name} has {joint.nq} coordinates, and cannot be set by one number; give q of "
+                    f"{self.name} as an array"
+                )
+            place = slice(joint.idx_q, joint.idx_q + joint.nq)
+            out[place] = number if joint.nq == 1 else (np.cos(number), np.sin(number))
+        return self.coupled(out)
 
     def coupled(self, q: Array) -> Array:
         """Move coupled joints to the values that follow from their leaders.

@@ -8,7 +8,7 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
-from taskopt.kinematics.space import Space, Value
+from taskopt.kinematics.space import Space, Value, plain
 from taskopt.kinematics.target import Course, Hold, Line, Target
 from taskopt.kinematics.task.base import BoundTask
 
@@ -81,8 +81,8 @@ class AimedTask(BoundTask):
             self._course = _still
         else:
             self._course = target.start(self._space, self.goal, t)
-            self.fixed_target = False
-        self._redirected = not isinstance(target, np.ndarray)
+            self.fixed_target = isinstance(target, Hold)
+        self._redirected = not isinstance(target, np.ndarray | Hold)
         self.aim(t)
 
     def adjustable(self) -> Mapping[str, Parameter]:
@@ -97,12 +97,12 @@ class _TargetParameter:
         self._task = task
 
     def checked(self, value: Setting, over: float) -> Target | Array:
-        """Return a `Target`, or a value to hold as a pose or posture; see `Parameter.checked`.
+        """Return a `Target`, or a whole value to hold; see `Parameter.checked`.
 
         Raises:
-            InvalidValue: The value does not fit the task, or a `Target` is given together with `over`.
+            InvalidValue: The value does not fit the task, or a `Target` is to be blended.
         """
-        goal = self._task.goal
+        goal, space = self._task.goal, self._task._space
         if isinstance(value, np.ndarray) and value.shape == goal.shape and over == 0.0:
             # Ten times as fast as `convert`. The plan names what is no pose or not finite at the next tick.
             return value.astype(np.float64)
@@ -113,8 +113,11 @@ class _TargetParameter:
                     "out, or give the value at the end"
                 )
             return value
-        held = self._task._space.convert(cast("Value", value), goal)
-        return Line(to=held, duration=over) if over > 0.0 else held
+        # The tick completes it by the desired value, which is not known before the start.
+        space.convert(cast("Value", value), np.eye(4) if goal.shape == (4, 4) else goal)
+        held = plain(cast("Value", value))
+        kept = dict(held) if isinstance(held, Mapping) else np.array(held, dtype=np.float64)
+        return Line(to=kept, duration=over) if over > 0.0 else Hold(kept)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:  # noqa: ARG002 (protocol)
         """Replace the target; see `Parameter.change`."""

@@ -1,0 +1,108 @@
+"""The commands `taskopt bench …`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+bench = typer.Typer(
+    help="Measure solvers and methods on this machine.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@bench.command()
+def accuracy(
+    solvers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-s",
+            "--solver",
+            metavar="NAME",
+            help="Name of a solver, once for each; by default all that are installed.",
+        ),
+    ] = None,
+    family: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="How the solvers are used: hqp (level by level) or wqp (one weighted QP)."
+        ),
+    ] = "hqp",
+    trials: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Number of problems for each singular value and damping.")
+    ] = 20,
+) -> None:
+    """Measure how accurate each solver is near a singularity.
+
+    For several smallest singular values and dampings, with and without active bounds.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from taskopt.bench.accuracy import CELLS, ROOMS, installed, measure, table, verdict
+    from taskopt.report import terminal
+
+    names, console, behind = solvers or installed(), terminal(), Console(stderr=True)
+    for room in ROOMS:
+        cells = measure(names, family, trials, room)
+        total, hidden = CELLS * len(names), not behind.is_terminal
+        kept = [*track(cells, family, total, console=behind, transient=True, disable=hidden)]
+        console.print(table(kept, family, room))
+        console.print(verdict(kept), highlight=False, markup=False)
+
+
+@bench.command()
+def fuzz(
+    ticks: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Number of ticks, shared by four robots.")
+    ] = 100_000,
+    resolver: Annotated[
+        str,
+        typer.Option(
+            "-r", "--resolver", metavar="NAME", help="Name of the resolver; `taskopt list` shows them."
+        ),
+    ] = "active-set",
+    seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other stacks.")] = 0,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Save problems whose answer fails, so that they can be resolved again."
+        ),
+    ] = None,
+) -> None:
+    """Resolve random stacks and check every answer.
+
+    The column "fallback" counts answers that the resolver could not find itself and took from another one.
+    The exit code is 1 unless every answer is proven, or reported as failed, and every limit is kept.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from taskopt.bench.fuzz import FRAMES, table
+    from taskopt.bench.fuzz import fuzz as ticks_of
+    from taskopt.report import terminal
+
+    behind, each = Console(stderr=True), max(ticks // len(FRAMES), 1)
+    tallies = []
+    for name in FRAMES:
+        hidden = not behind.is_terminal
+        ticking = ticks_of(name, each, seed, resolver, keep)
+        steps = track(ticking, name, each, console=behind, transient=True, disable=hidden)
+        tallies += [*steps][-1:]
+    terminal().print(table(tallies))
+    if not all(tally.clean for tally in tallies):
+        raise typer.Exit(1)
+
+
+@bench.command()
+def strictness(
+    cases: Annotated[int, typer.Option(min=1, metavar="N", help="Number of cases.")] = 1000,
+) -> None:
+    """Compare strict levels with weights.
+
+    The alternatives are a weighted cost and a projected cost for the second level.
+    """
+    from taskopt.bench.strictness import measure, table
+    from taskopt.report import terminal
+
+    *_, methods = measure(cases)
+    terminal().print(table(methods))
