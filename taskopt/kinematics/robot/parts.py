@@ -159,7 +159,7 @@ def _with_frames(model: Model, shapes: Shapes) -> GeometryModel:
     out = pin.GeometryModel(loaded(shapes))
     for shape in out.geometryObjects:
         if shape.parentFrame >= model.nframes:
-            shape.parentFrame = model.getFrameId(model.names[shape.parentJoint])
+            shape.parentFrame = model.getFrameId(model.names[shape.parentJoint], pin.FrameType.JOINT)
     return out
 
 

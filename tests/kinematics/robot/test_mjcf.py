@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from taskopt import Controller, Coupling, FrameTask, JointPositionLimit, JointTask, Stack
@@ -158,8 +159,6 @@ def test_mass_and_its_centre_are_those_of_mujoco(load, tmp_path):
 
 def test_shapes_are_where_mujoco_places_them(load, tmp_path):
     """Spheres and a capsule, on their joints; the floor is named as no part of the robot."""
-    import pinocchio as pin
-
     arm = load(EVERYTHING)
     compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
     data = mujoco.MjData(compiled)
@@ -301,8 +300,6 @@ def test_without_mujoco_the_extra_is_named(load, monkeypatch):
 
 def test_couplings_that_do_not_fit_are_refused():
     """A name that is not there, something else than a coupling, a joint with several axes."""
-    import pinocchio as pin
-
     model = pin.Model()
     for i, kind in enumerate((pin.JointModelRX(), pin.JointModelSpherical())):
         model.addJoint(i, kind, pin.SE3.Identity(), "ab"[i])
@@ -331,3 +328,20 @@ def test_shapes_survive_a_pickle_of_the_parts(load):
     for one, other in zip(again().geometryObjects, parts.geometry().geometryObjects, strict=True):
         assert (one.name, one.parentJoint) == (other.name, other.parentJoint)
         np.testing.assert_array_equal(one.placement.homogeneous, other.placement.homogeneous)
+
+
+def test_shapes_stay_where_they_are_when_a_joint_is_locked(load):
+    """Also on a body that shares its name with its joint."""
+    arm = load(EVERYTHING)
+    q = arm.posture("home")
+    still = arm.lock(["swing"], q)
+    centres = []
+    for robot, at in ((arm, q), (still, np.delete(q, 2))):
+        places = robot.geometry.createData()
+        pin.updateGeometryPlacements(robot.model, robot.model.createData(), robot.geometry, places, at)
+        centres.append(
+            {s.name: p.translation for s, p in zip(robot.geometry.geometryObjects, places.oMg, strict=True)}
+        )
+    assert centres[0].keys() == centres[1].keys()
+    for name, centre in centres[0].items():
+        np.testing.assert_allclose(centres[1][name], centre, atol=1e-14)
