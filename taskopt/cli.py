@@ -251,20 +251,12 @@ def pose(
     The exit code is 0 if there is one, else 1; the last line says why.
     """
     from taskopt.kinematics.robot import Robot
-    from taskopt.loop.pose.solver import solve_pose
+    from taskopt.loop.pose.solver import goal_of_text, solve_pose
 
-    found = solve_pose(Robot.load(robot), {frame: _numbers(at)})
+    found = solve_pose(Robot.load(robot), {frame: goal_of_text(at)})
     typer.echo(" ".join(f"{value:.9g}" for value in found.q))
     typer.echo(f"{found.verdict.name}: {found.reason}")
     raise typer.Exit(0 if found.solved else 1)
-
-
-def _numbers(text: str) -> "Sequence[float]":
-    """Read numbers that are separated by commas."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise InvalidValue(f"--at must be numbers separated by commas, got '{text}'") from error
 
 
 @app.command()

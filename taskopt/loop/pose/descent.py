@@ -164,6 +164,14 @@ class Descent:
         """
         self.plan.start(q, 0.0)
 
+    def aim(self, q: Array) -> None:
+        """Write the present targets of tasks that do not begin at a posture.
+
+        Args:
+            q: Any posture, (nq,) [rad, m].
+        """
+        self.plan.aim(q, 0.0)
+
     def reach(self, q: Array, iterations: int) -> End:
         """Go from a posture to the goals.
 

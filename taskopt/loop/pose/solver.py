@@ -130,7 +130,10 @@ class PoseSolver:
         wanted = None if near is None else self._inside(near)
         first = wanted if start is None else self._inside(start)
         anchor = self.robot.posture("middle") if first is None else first
-        self._goals.start(anchor)
+        if self._targets:  # a mapping, whose targets do not begin anywhere
+            self._goals.aim(anchor)
+        else:
+            self._goals.start(anchor)
         ends = []
         for q, ticks in self._begin(first, anchor, wanted, starts):
             ends.append(self._goals.reach(q, ticks))
@@ -307,6 +310,24 @@ def solve_pose(
     return solver.solve(start=start, near=near, starts=starts)
 
 
+def goal_of_text(text: str) -> Array:
+    """Read a goal that a user has typed.
+
+    Args:
+        text: Numbers separated by commas: a position [m], or a position and a quaternion x, y, z, w.
+
+    Returns:
+        The numbers, (any,).
+
+    Raises:
+        InvalidValue: A part is no number.
+    """
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError as error:
+        raise InvalidValue(f"a goal must be numbers separated by commas, got '{text}'") from error
+
+
 def _kind(value: Value) -> type[FrameTask | PositionTask | OrientationTask]:
     """Return the task for a goal: a position and a rotation leave the rest of the pose free."""
     try:
@@ -317,7 +338,12 @@ def _kind(value: Value) -> type[FrameTask | PositionTask | OrientationTask]:
 
 
 def _goal(frame: str, value: Value) -> Array:
-    """Return a goal as a pose (4, 4); what it leaves free is that of the identity, and is not read."""
+    """Return a goal as a pose (4, 4); what it leaves free is that of the identity, and is not read.
+
+    An array (4, 4) is not checked here: the first tick finds out if it is no pose.
+    """
+    if isinstance(value, np.ndarray) and value.shape == (4, 4):
+        return value
     return PoseSpace(f"goal of '{frame}'").convert(value, np.eye(4))
 
 
