@@ -114,7 +114,7 @@ class BoundRelative(AimedTask):
         super().__init__(name, names, units, gains(task.gain, 6)[rows], weights(task.weight, 6, (3, 3))[rows])
         self.frame, self._root, self._rows = task.frame, task.root, rows
         self._frame, self._own = task.frame, task.expressed == "own"
-        self.goal, self._twist, self._work = np.eye(4), np.zeros(6), RelativeError.empty()
+        self.goal, self._twist, self._arrays = np.eye(4), np.zeros(6), RelativeError.empty()
         self._of_root, self._of_frame = np.zeros((6, nv)), np.zeros((6, nv))
         self.desired, self.actual = np.eye(4), np.eye(4)
 
@@ -135,17 +135,17 @@ class BoundRelative(AimedTask):
         """Write the rows; see `RowPart.fill`."""
         if not self._course(t, self.goal, self._twist):
             self._twist[:] = 0.0
-        work = self._work
-        configuration.frame_into(self._root, work.root, self._of_root)
+        arrays = self._arrays
+        configuration.frame_into(self._root, arrays.root, self._of_root)
         configuration.frame_into(self._frame, self.actual, self._of_frame)  # type: ignore[arg-type]
-        relative_motion_into(work.root, self.actual, self._of_root, self._of_frame)
-        relative_error_into(self._own, self.actual, self.goal, self._twist, work)
-        self.desired[:] = work.root @ self.goal  # type: ignore[index]
+        relative_motion_into(arrays.root, self.actual, self._of_root, self._of_frame)
+        relative_error_into(self._own, self.actual, self.goal, self._twist, arrays)
+        self.desired[:] = arrays.root @ self.goal  # type: ignore[index]
         taken = self._rows
-        rows.A[:] = work.M[taken] @ self._of_frame
-        self.error[:] = work.error[taken]
+        rows.A[:] = arrays.M[taken] @ self._of_frame
+        self.error[:] = arrays.error[taken]
         flaw = 0.0 if is_pose(self.goal) else np.nan  # found by the plan, which names the target
-        rows.lower[:] = task_rate(work.rate[taken], self.gain, self.error) + flaw
+        rows.lower[:] = task_rate(arrays.rate[taken], self.gain, self.error) + flaw
         rows.upper[:] = rows.lower
 
 
@@ -203,7 +203,7 @@ def relative_motion_into(root, frame, of_root, of_frame):
 
 
 @kernel
-def relative_error_into(own, frame, goal, twist, work):
+def relative_error_into(own, frame, goal, twist, arrays):
     """Compute e, the matrix M with ė = M (w_d − w), and M w_d.
 
     In own axes the linear part of w_d is taken at x instead of x_d. In root axes the inverse of the rotation
@@ -214,10 +214,10 @@ def relative_error_into(own, frame, goal, twist, work):
         frame: Pose of the frame in the world, (4, 4).
         goal: X_d, (4, 4).
         twist: Rate of X_d in the axes of the root, (6,).
-        work: A `RelativeError` in which `root` is set; all other arrays are written here.
+        arrays: A `RelativeError` in which `root` is set; all other arrays are written here.
     """
-    pose, away, M, jlog = work.pose, work.away, work.M, work.jlog
-    relative_into(work.root, frame, pose)
+    pose, away, M, jlog = arrays.pose, arrays.away, arrays.M, arrays.jlog
+    relative_into(arrays.root, frame, pose)
     if own:
         relative_into(goal, pose, away)
     else:
@@ -225,13 +225,13 @@ def relative_error_into(own, frame, goal, twist, work):
             for j in range(3):
                 away[i, j] = goal[i, 0] * pose[j, 0] + goal[i, 1] * pose[j, 1] + goal[i, 2] * pose[j, 2]
             away[i, 3] = 0.0  # without a translation, Jlog6 is diag(Jlog3, Jlog3)
-    log6_jlog6_into(away, work.error, jlog)
+    log6_jlog6_into(away, arrays.error, jlog)
     px, py, pz = goal[0, 3] - pose[0, 3], goal[1, 3] - pose[1, 3], goal[2, 3] - pose[2, 3]
     v, w = (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
     if own:
         v = v[0] + py * w[2] - pz * w[1], v[1] + pz * w[0] - px * w[2], v[2] + px * w[1] - py * w[0]
         for i in range(6):
-            work.error[i] = -work.error[i]
+            arrays.error[i] = -arrays.error[i]
             for j in range(3):
                 M[i, j] = jlog[i, 0] * pose[j, 0] + jlog[i, 1] * pose[j, 1] + jlog[i, 2] * pose[j, 2]
                 M[i, 3 + j] = jlog[i, 3] * pose[j, 0] + jlog[i, 4] * pose[j, 1] + jlog[i, 5] * pose[j, 2]
@@ -241,10 +241,10 @@ def relative_error_into(own, frame, goal, twist, work):
         for i in range(3):
             M[i, :] = 0.0
             M[i, i] = 1.0
-        work.error[0], work.error[1], work.error[2] = px, py, pz
+        arrays.error[0], arrays.error[1], arrays.error[2] = px, py, pz
     for i in range(6):
-        work.rate[i] = M[i, 0] * v[0] + M[i, 1] * v[1] + M[i, 2] * v[2]
-        work.rate[i] += M[i, 3] * w[0] + M[i, 4] * w[1] + M[i, 5] * w[2]
+        arrays.rate[i] = M[i, 0] * v[0] + M[i, 1] * v[1] + M[i, 2] * v[2]
+        arrays.rate[i] += M[i, 3] * w[0] + M[i, 4] * w[1] + M[i, 5] * w[2]
 
 
 @kernel

@@ -59,13 +59,13 @@ def without_turning_of_the_root(root, frame, of_root, of_frame):
 def without(what):
     """Error, M and rate of the task, without the derivative of the logarithm or the lever of the rate."""
 
-    def wrong(own, frame, goal, twist, work):
-        relative_error_into(own, frame, goal, twist, work)
+    def wrong(own, frame, goal, twist, arrays):
+        relative_error_into(own, frame, goal, twist, arrays)
         if what == "lever":
-            work.rate[:] = work.M @ twist
+            arrays.rate[:] = arrays.M @ twist
         else:
-            work.M[:3, :3] = work.M[3:, 3:] = work.pose[:3, :3].T
-            work.M[:3, 3:] = 0.0
+            arrays.M[:3, :3] = arrays.M[3:, 3:] = arrays.pose[:3, :3].T
+            arrays.M[:3, 3:] = 0.0
 
     return wrong
 
