@@ -175,7 +175,8 @@ class BoundAlignment(_BoundTurn):
 
     def _checked_direction(self, direction: ArrayLike) -> Array:
         """Check a direction, and return it at length 1."""
-        return unit(f"direction of '{self.name}'", direction)
+        equal = np.ndim(direction) == 0  # `Numbers` reads three equal numbers as one
+        return unit(f"direction of '{self.name}'", np.full(3, direction) if equal else direction)
 
     def _shorten(self) -> None:
         """Scale a direction that is blended between two others to length 1."""

@@ -110,16 +110,40 @@ class BoundDamped(BoundTask):
         return checked_factor(f"factor of '{self.name}'", factor)
 
     def each_weight(self, weight: ArrayLike) -> Array:
-        """Return the weights of the task, and 1 for each row that damps; see `BoundTask.each_weight`."""
+        """Return the weights of all rows; see `BoundTask.each_weight`.
+
+        Numbers for the rows of the task leave 1 for each row that damps.
+        """
         each = np.ones(len(self.row_names))
-        each[self._own] = self._inner.each_weight(weight)
+        if np.shape(weight) == each.shape:
+            each[:] = super().each_weight(weight)
+        else:
+            each[self._own] = self._inner.each_weight(weight)
         return each
 
     def rows_of_axes(self, axes: Setting) -> BoolArray:
-        """Return which rows a choice of axes of the task takes; see `BoundTask.rows_of_axes`."""
+        """Return which rows a choice of axes takes; see `BoundTask.rows_of_axes`.
+
+        Axes of the task leave all rows that damp.
+        """
+        if isinstance(axes, list | tuple | np.ndarray) and self._names_damping(axes):
+            return super().rows_of_axes(axes)
         chosen = np.ones(len(self.row_names), dtype=bool)
         chosen[self._own] = self._inner.rows_of_axes(axes)
         return chosen
+
+    def _names_damping(self, axes: Sequence[object] | Array) -> bool:
+        """Return True if a choice speaks of all rows, those that damp among them."""
+        damping = self.row_names[self._own.stop :]
+        return len(axes) == len(self.row_names) or any(name in damping for name in axes)
+
+    def recall(self) -> object:
+        """Return what the task remembers; see `Part.recall`."""
+        return self._inner.recall()
+
+    def remember(self, kept: object) -> None:
+        """Hand on what the task remembers; see `Part.remember`."""
+        self._inner.remember(kept)
 
     def moved(self, v: Array) -> None:
         """Tell the task the velocity; see `BoundTask.moved`."""

@@ -146,6 +146,15 @@ class BoundJointVelocities(_BoundUnitRows):
         """Return the velocities, as "target"; see `Part.adjustable`."""
         return {"target": Numbers(self._velocity, self._space.convert_rate, self._drop_function)}
 
+    def recall(self) -> Array | None:
+        """Return the velocities, or None while a function of time gives them; see `Part.recall`."""
+        return None if self._of_time is not None else self._velocity.copy()
+
+    def remember(self, kept: object) -> None:
+        """Restore the velocities; see `Part.remember`."""
+        if isinstance(kept, np.ndarray):
+            self._velocity[:], self._of_time = kept, None
+
     def _drop_function(self) -> None:
         """Forget a function of time, since other velocities were set."""
         self._of_time = None

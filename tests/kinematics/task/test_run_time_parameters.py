@@ -1,5 +1,9 @@
 """Parameters that change while the stack runs: the outcome is the declaration with that value."""
 
+import pickle
+from copy import deepcopy
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -12,9 +16,11 @@ from taskopt import (
     JointCouplingTask,
     JointTask,
     JointVelocityTask,
+    KineticEnergyTask,
     LinearHolonomicTask,
     LowAccelerationTask,
     PositionTask,
+    RelativeFrameTask,
     Stack,
     SupportPolygonLimit,
 )
@@ -123,3 +129,33 @@ def test_gain_and_period_of_a_limit_may_change(kind):
     for a, b in zip(problem(plan, at.q), problem(other, at.q), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
     np.testing.assert_allclose(plan.limits[0].share, other.limits[0].share, rtol=1e-12)
+
+
+@pytest.mark.parametrize("copied", [deepcopy, lambda plan: pickle.loads(pickle.dumps(plan))])
+def test_a_copy_of_a_plan_goes_on_as_the_plan_does(copied):
+    """After changes and a tick all numbers at the next posture are the same; the last velocity is known."""
+    of = robot("panda")
+    axis = AxisAlignmentTask("panda_hand", direction=(1.0, 1.0, 1.0))
+    damped = DampedTask(PositionTask("panda_hand", target=GOAL, name="hand"), 0.5)
+    corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+    stack = Stack(
+        [
+            [RelativeFrameTask("panda_hand", "panda_link3"), axis, damped],
+            [JointCouplingTask({"panda_joint2": 1.0, "panda_joint4": 1.0}), LowAccelerationTask()],
+            [JointVelocityTask(partial(np.full, 7), name="go"), KineticEnergyTask()],
+        ],
+        [SupportPolygonLimit(corners), FrameDistanceLimit("panda_hand", "panda_link0", 0.1)],
+    )
+    for changes in (
+        {},
+        {"hand.weight": 0.3, "hand.axes": ("x",), "hand.factor": 2.0, "hand.target": np.ones(3)},
+        {"go.target": np.arange(7.0), "joint coupling.offset": 0.2, "support_polygon.gain": 0.3},
+    ):
+        plan = stack.compile(of, 1e-3)
+        plan.at(of.posture("default"), 0.0)
+        plan.set(changes)
+        plan.at(of.posture("default"), 0.0)
+        plan.moved(np.arange(7.0))
+        other = copied(plan)
+        for a, b in zip(problem(plan, generic_q(of, 1)), problem(other, generic_q(of, 1)), strict=True):
+            np.testing.assert_array_equal(a, b)
