@@ -139,7 +139,7 @@ class Floor:
 
     def __init__(self, limit: BoundDistance) -> None:
         self.limit = limit
-        self.least: Array = np.full(len(limit.pair_names), limit.margin)
+        self.least: Array = limit.margins.copy()
 
     def start(self, configuration: Configuration) -> bool:
         """Measure the distances at the start of a sequence of ticks.
@@ -151,9 +151,9 @@ class Floor:
             True if all pairs are outside the margin.
         """
         self.limit.distances.update(configuration)
-        self.least[:] = self.limit.margin
+        self.least[:] = self.limit.margins
         self._lower(np.ones(len(self.least), dtype=bool))
-        return bool((self.least == self.limit.margin).all())
+        return bool((self.least == self.limit.margins).all())
 
     def missing(self, configuration: Configuration) -> float:
         """Measure the distances after a step, and set the least values for the next step.
@@ -166,14 +166,14 @@ class Floor:
         """
         self.limit.distances.update(configuration)
         worst = float((self.least - self.limit.distances.distance).max(initial=-np.inf))
-        begun_inside = self.least < self.limit.margin
-        self.least[:] = self.limit.margin
+        begun_inside = self.least < self.limit.margins
+        self.least[:] = self.limit.margins
         self._lower(begun_inside)
         return worst
 
     def _lower(self, among: Mask) -> None:
         """Lower the least distance of those pairs among the given ones that are inside the margin."""
-        distance, margin = self.limit.distances.distance, self.limit.margin
+        distance, margin = self.limit.distances.distance, self.limit.margins
         inside = among & (distance < margin)
         self.least[inside] = distance[inside] - np.maximum(LIMIT_KEPT, 0.1 * (margin - distance[inside]))
 

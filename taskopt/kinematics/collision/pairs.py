@@ -2,15 +2,16 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, finite
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.robot.robot import Robot
 
 SolidPair = tuple[int, int]  # places in robot.geometry.geometryObjects
+Margins = Mapping[str | tuple[str, str], float]  # [m] by the name of a solid or link, or by two of them
 
 
 def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[SolidPair, ...]:
@@ -95,6 +96,36 @@ def shape_names(robot: Robot) -> tuple[str, ...]:
     names = [shape.name for shape in robot.geometry.geometryObjects]
     count = Counter(map(link_of, names))
     return tuple(link_of(name) if count[link_of(name)] == 1 else name for name in names)
+
+
+def pair_margins(names: Sequence[str], margin: float, margins: Margins) -> Array:
+    """Find the margin of each pair of solids.
+
+    Args:
+        names: Names of the pairs, such as "panda_link5 – sphere", (P,).
+        margin: Of pairs that no entry of `margins` fits [m].
+        margins: Other margins by the name of a solid or link, or by two of them [m].
+
+    Returns:
+        The margin of each pair, (P,) [m].
+
+    Raises:
+        UnknownName: No pair has the solid or link, or the two of them.
+        InvalidValue: A margin is negative or not finite.
+    """
+    ends = [[{side, link_of(side)} for side in name.split(" – ")] for name in names]
+    out = np.full(len(names), margin)
+    for key, value in margins.items():
+        least = float(finite(f"margin of {key}", value, ()))
+        if least < 0.0:
+            raise InvalidValue(f"margin of {key} must be ≥ 0, got {least:g}")
+        one, *other = (key,) if isinstance(key, str) else key
+        fits = [(one in a and not set(other) - b) or (one in b and not set(other) - a) for a, b in ends]
+        if not any(fits):
+            known = {side for a, b in ends for side in a | b}
+            raise UnknownName("link or obstacle", " – ".join((one, *other)), sorted(known), "(in margins)")
+        out[fits] = least
+    return out
 
 
 def random_posture(robot: Robot, rng: np.random.Generator) -> Array:

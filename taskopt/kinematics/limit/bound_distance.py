@@ -4,6 +4,7 @@ Hard rows brake an approach. Bounds on the velocities limit the error of lineari
 step.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -16,6 +17,7 @@ from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.collision.movers import Mover
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
@@ -88,23 +90,36 @@ class BoundDistance(RowLimit, BoundLimit):
         dt: Δt [s].
         name: Name of the limit.
         braking: Margin, influence and gain.
+        margins: Margin of each pair, (P,) [m]; default: that of `braking` for all. Each pair begins to brake
+            as far before its own margin as `braking` says.
+        movers: Obstacles that move. The rate of the distance by their motion stands in the bound of each
+            row, so that v = 0 may be forbidden where an obstacle comes near.
 
     Attributes:
         pair_names: Name of each pair, such as "panda_link0 – panda_hand", (P).
         distances: Distances and gradients of the pairs, as of the last `fill`.
-        margin: Least distance [m].
-        influence: Distance at which braking begins [m].
+        margin: Least distance of pairs that have no margin of their own [m].
+        margins: Least distance of each pair, (P,) [m].
+        influence: Distance at which braking begins at that margin [m].
         gain: κ.
         dt: Δt [s].
         speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
         jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
         bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
         reserve: Amount that is added to the margin of each pair, (P,) [m].
-        known: (6, P) numbers of the pairs, see `Pair`.
+        known: (8, P) numbers of the pairs, see `Pair`.
         share: s_k of each velocity, the smallest s of the pairs that it moves, as of the last `fill`, (nv,).
     """
 
-    def __init__(self, collision: Collision, dt: float, name: str, braking: Braking) -> None:
+    def __init__(
+        self,
+        collision: Collision,
+        dt: float,
+        name: str,
+        braking: Braking,
+        margins: Array | None = None,
+        movers: Sequence[Mover] = (),
+    ) -> None:
         units = ("m/s",) * len(collision.names)
         RowLimit.__init__(self, name, collision.names, units)
         BoundLimit.__init__(self, name)
@@ -114,9 +129,13 @@ class BoundDistance(RowLimit, BoundLimit):
         self.dt = dt
         self.speeds = nominal_speeds(collision.robot)
         self.known = np.zeros((len(Pair), len(collision.pairs)))
-        self.known[: Pair.RESERVE] = step_losses(collision, dt, self.influence)
-        self.known[Pair.MARGIN], self.known[Pair.INFLUENCE] = self.margin, self.influence
+        farthest = self.influence + max(0.0, 0.0 if margins is None else float(np.max(margins)) - self.margin)
+        self.known[: Pair.RESERVE] = step_losses(collision, dt, farthest)
+        self.margins: Array = self.known[Pair.MARGIN]
+        self.margins[:] = self.margin if margins is None else margins
+        self.known[Pair.INFLUENCE] = self.margins + (self.influence - self.margin)
         _, self.jump, self.bend, self.reserve, *_ = self.known
+        self._movers = tuple(movers)
         self._make_reserve()
         self.share: Array = np.empty(collision.robot.nv)
         self._bounds = SpeedBounds(name, collision.robot.nv)
@@ -142,12 +161,18 @@ class BoundDistance(RowLimit, BoundLimit):
         """Open both sides; see `RowPart.prepare`."""
         rows.lower[:], rows.upper[:] = -np.inf, np.inf
 
-    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Measure the distances and write the rows; see `RowPart.fill`."""
-        of = self.distances
+        of, settings, known = self.distances, (self.gain, self.dt), self.known
+        for mover in self._movers:
+            mover.move(t, self.dt)
         of.update(configuration)
-        turn, settings = of.collision.turn, (self.gain, self.dt)
-        approach_into(of.distance, of.gradient, turn, self.known, settings, rows.A, rows.lower, self.share)
+        for mover in self._movers:
+            known[Pair.DRIFT, mover.pairs] = mover.drift()
+            taken = mover.loss(self.dt, known[Pair.TRAVEL], known[Pair.INFLUENCE], of.distance)
+            known[Pair.LOSS, mover.pairs] = taken
+        turn = of.collision.turn
+        approach_into(of.distance, of.gradient, turn, known, settings, rows.A, rows.lower, self.share)
         np.multiply(self.share, self.speeds, out=self._bounds.memory)
 
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:
@@ -156,14 +181,16 @@ class BoundDistance(RowLimit, BoundLimit):
 
 
 class Pair(IntEnum):
-    """Rows of the array (6, P) that holds the numbers of each pair, all in [m]."""
+    """Rows of the array (8, P) that holds the numbers of each pair."""
 
-    TRAVEL = 0
-    JUMP = 1
-    BEND = 2
-    RESERVE = 3
-    MARGIN = 4
-    INFLUENCE = 5
+    TRAVEL = 0  # [m]
+    JUMP = 1  # [m]
+    BEND = 2  # [m]
+    RESERVE = 3  # [m]
+    MARGIN = 4  # [m]
+    INFLUENCE = 5  # [m]
+    DRIFT = 6  # rate of the distance by the motion of an obstacle [m/s]
+    LOSS = 7  # what that motion can take from the distance in a step besides [m]
 
 
 @kernel
@@ -174,7 +201,7 @@ def approach_into(distance, gradient, turn, known, settings, A, lower, share):
         distance: d of each pair, (P,) [m].
         gradient: ∇d of each pair along the velocities, (P, nv).
         turn: How far a unit velocity moves or turns each pair, (P, nv); read only for being zero or not.
-        known: (6, P), see `Pair`.
+        known: (8, P), see `Pair`.
         settings: Gain and Δt [s].
         A: Rows, (P, nv), written here.
         lower: Lower bounds, (P,) [m/s], written here.
@@ -197,7 +224,7 @@ def braked(distance, pair, settings):
 
     Args:
         distance: d [m].
-        pair: (6,), see `Pair`.
+        pair: (8,), see `Pair`.
         settings: Gain and Δt [s].
 
     Returns:
@@ -205,11 +232,13 @@ def braked(distance, pair, settings):
         s v̄ loses no more than the row leaves.
     """
     gain, dt = settings
-    room, lower = distance - pair[Pair.MARGIN], -np.inf
+    room, lower = distance - pair[Pair.MARGIN] - pair[Pair.LOSS], -np.inf
     budget, first = room, pair[Pair.TRAVEL]
     if not distance >= pair[Pair.INFLUENCE]:  # so that NaN is handed on, and found
-        free = max(room - pair[Pair.RESERVE], 0.0)
-        lower = -gain * free / dt
+        free = room - pair[Pair.RESERVE]
+        if free < 0.0 and not pair[Pair.DRIFT] < 0.0:
+            free = 0.0  # an obstacle that comes nearer is given way to instead, until the reserve is back
+        lower = -gain * free / dt - pair[Pair.DRIFT]
         budget, first = room - gain * free, pair[Pair.JUMP]
         if room < CONTACT:
             budget = max(CONTACT, -0.1 * room)

@@ -1,17 +1,21 @@
 """Limits on distances: from the robot to obstacles, and between the links of the robot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from taskopt.errors import InvalidValue
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.collision.choice import PairChoice, choose_pairs, named_choice
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import shapes_of
-from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles
+from taskopt.kinematics.collision.movers import movers_of
+from taskopt.kinematics.collision.pairs import Margins, pair_margins, shapes_of
+from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, obstacle_names
 from taskopt.kinematics.limit.base import Limit
 from taskopt.kinematics.limit.bound_distance import BoundDistance, Braking
 from taskopt.kinematics.limit.near_rows import BoundNearDistance
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.space import Value
+from taskopt.kinematics.target import Target, as_target
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,13 @@ class ObstacleLimit(Limit):
         links: Names of links. Default: every link that moves.
         name: Name in explanations, logs and plots.
         rows: Largest number of rows. If there are more pairs, rows go from tick to tick to the pairs that can
-            bind within a step, and keep their names (`BoundNearDistance`).
+            bind within a step, and keep their names (`BoundNearDistance`). Where an obstacle moves, every
+            pair has a row.
+        moving: Targets of the poses of obstacles by name, which begin at the declared poses at 0 s: a
+            `Target` such as `Function` or `Latest`, or a pose. Their velocities are part of the bounds, so
+            the robot gives way, and v = 0 may be forbidden. A half-space must not turn.
+        margins: Other margins [m], by the name of a link or an obstacle, or by two of them for one pair; of
+            several that fit a pair, the last counts. Braking begins as far before each.
 
     Raises:
         InvalidValue: A number is out of its range, or an obstacle is not a shape.
@@ -51,9 +61,13 @@ class ObstacleLimit(Limit):
     links: Sequence[str] | None = None
     name: str = "obstacle"
     rows: int = field(default=64, kw_only=True)
+    moving: Mapping[str | int, Target | Value] = field(default_factory=dict, kw_only=True, hash=False)
+    margins: Margins = field(default_factory=dict, kw_only=True, hash=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "obstacles", checked_obstacles(self.obstacles))
+        obstacles = checked_obstacles(self.obstacles)
+        object.__setattr__(self, "obstacles", obstacles)
+        object.__setattr__(self, "moving", _numbered_targets(self.moving, obstacles))
         Braking.checked(self.margin, self.influence, self.gain)
         _check_rows(self.rows)
 
@@ -64,9 +78,16 @@ class ObstacleLimit(Limit):
             InvalidValue: The robot has no shapes.
             UnknownName: No link with a shape has one of the names in `links`.
         """
-        collision = Collision.with_obstacles(robot, checked_obstacles(self.obstacles), self.links)
+        obstacles = checked_obstacles(self.obstacles)
+        collision = Collision.with_obstacles(robot, obstacles, self.links)
         braking = Braking.checked(self.margin, self.influence, self.gain)
-        return _bound(collision, dt, self.name, braking, self.rows)
+        margins = pair_margins(collision.names, self.margin, self.margins)
+        if not self.moving:
+            return _bound(collision, dt, self.name, braking, margins, self.rows)
+        targets = {int(number): as_target(target) for number, target in self.moving.items()}
+        first = len(robot.geometry.geometryObjects)
+        movers = movers_of(collision, first, targets)
+        return BoundDistance(collision, dt, self.name, braking, margins, movers)
 
 
 @dataclass(frozen=True)
@@ -84,6 +105,7 @@ class SelfCollisionLimit(Limit):
             and pairs that are within the margin in every posture; `choice` says how many are left.
         name: Name in explanations, logs and plots.
         rows: Largest number of rows, see `ObstacleLimit`.
+        margins: Other margins [m], by the name of a link, or by two of them, see `ObstacleLimit`.
         sampled: Number of random postures. Pairs that are within the margin in all of them are left out, too,
             although this does not prove that they always are. 0 tries no random postures.
         seed: Seed of the random postures.
@@ -101,6 +123,7 @@ class SelfCollisionLimit(Limit):
     pairs: Sequence[tuple[str, str]] | None = None
     name: str = "self_collision"
     rows: int = field(default=64, kw_only=True)
+    margins: Margins = field(default_factory=dict, kw_only=True, hash=False)
     sampled: int = field(default=0, kw_only=True)
     seed: int = field(default=0, kw_only=True)
 
@@ -139,14 +162,30 @@ class SelfCollisionLimit(Limit):
         if not pairs:
             raise InvalidValue(f"no two links of {robot.name} can meet; leave the self-collision limit out")
         braking = Braking.checked(self.margin, self.influence, self.gain)
-        return _bound(Collision.of_itself(robot, pairs), dt, self.name, braking, self.rows)
+        collision = Collision.of_itself(robot, pairs)
+        margins = pair_margins(collision.names, self.margin, self.margins)
+        return _bound(collision, dt, self.name, braking, margins, self.rows)
 
 
-def _bound(collision: Collision, dt: float, name: str, braking: Braking, rows: int) -> BoundDistance:
+def _bound(
+    collision: Collision, dt: float, name: str, braking: Braking, margins: Array, rows: int
+) -> BoundDistance:
     """Return the limit with a row for each pair, or with rows for near pairs where there are more pairs."""
     if len(collision.pairs) <= rows:
-        return BoundDistance(collision, dt, name, braking)
-    return BoundNearDistance(collision, dt, name, braking, rows)
+        return BoundDistance(collision, dt, name, braking, margins)
+    return BoundNearDistance(collision, dt, name, braking, margins, rows)
+
+
+def _numbered_targets(
+    moving: Mapping[str | int, Target | Value], obstacles: Sequence[Shape]
+) -> dict[str | int, Target | Value]:
+    """Replace the names of obstacles by their numbers, since a stack may rename obstacles."""
+    names, out = obstacle_names(obstacles), {}
+    for key, target in moving.items():
+        if isinstance(key, str) and key not in names:
+            raise UnknownName("obstacle", key, names)
+        out[names.index(key) if isinstance(key, str) else key] = target
+    return out
 
 
 def _check_rows(rows: int) -> None:

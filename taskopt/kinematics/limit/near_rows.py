@@ -37,6 +37,7 @@ class BoundNearDistance(BoundDistance):
         dt: Δt [s].
         name: Name of the limit.
         braking: Margin, influence and gain.
+        margins: Margin of each pair, (P,) [m]; None: that of `braking` for all.
         rows: Number of rows.
 
     Attributes:
@@ -47,8 +48,16 @@ class BoundNearDistance(BoundDistance):
 
     distances: NearDistances
 
-    def __init__(self, collision: Collision, dt: float, name: str, braking: Braking, rows: int) -> None:
-        super().__init__(collision, dt, name, braking)
+    def __init__(
+        self,
+        collision: Collision,
+        dt: float,
+        name: str,
+        braking: Braking,
+        margins: Array | None,
+        rows: int,
+    ) -> None:
+        super().__init__(collision, dt, name, braking, margins)
         self.row_names = tuple(f"row {i + 1}" for i in range(rows))
         self.row_units, self.column = ("m/s",) * rows, (-1,) * rows
         self.choices = collision.names
@@ -145,7 +154,7 @@ def brake_pairs(near, distance, gradient, between, known, settings, braking, sha
         distance: d of all pairs, (P,) [m].
         gradient: ∇d of all pairs along the velocities, (P, nv).
         between: The velocities that change each distance.
-        known: (6, P), see `Pair`.
+        known: (8, P), see `Pair`.
         settings: Gain and Δt [s].
         braking: (3, N) receives the lower bound of each row [m/s]; the s at which the row would bind at the
             speeds s v̄; and the s that keeps the margin without a row, by a κ-th of the room a step. Beyond

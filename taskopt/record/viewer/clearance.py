@@ -134,7 +134,7 @@ class Clearance:
     def _paint(self, batch: Batch, limit: str, ticks: IntArray) -> Colours:
         """Return the colours of the pairs, (k, P): violated, kept apart by an active row, or only near."""
         active = batch.held_off(limit)[ticks]
-        below = batch.distance(limit)[ticks] < self._limits[limit].margin - SHOWN_VIOLATION
+        below = batch.distance(limit)[ticks] < self._limits[limit].margins - SHOWN_VIOLATION
         return np.where(below, VIOLATED, np.where(active, UPPER, NEAR)).astype(np.uint32)
 
 

@@ -72,7 +72,8 @@ class Watcher:
         """Map the text of each condition to its severity and its mask (k,)."""
         conditions: dict[str, tuple[str, Mask]] = {}
         for name, limit in self._info.plan.distance_limits.items():
-            too_near = batch.distance(name).min(axis=1) < limit.margin - SHOWN_VIOLATION
+            room = batch.distance(name) - limit.margins
+            too_near = np.asarray(room.min(axis=1) < -SHOWN_VIOLATION)
             conditions[f"nearer than the margin of {name}"] = "WARN", too_near
         outside = self._gauge.position_violation(batch) > SHOWN_VIOLATION
         conditions["a joint is outside its position limits"] = "WARN", outside

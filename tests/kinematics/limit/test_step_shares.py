@@ -15,7 +15,7 @@ TRAVEL, JUMP, BEND, RESERVE = 0.02, 0.003, 0.001, 0.005
 
 def row_of(distance: float) -> tuple[float, float]:
     """Return the lower bound of one pair's row, and the share of its one velocity."""
-    known = np.array([[TRAVEL], [JUMP], [BEND], [RESERVE], [MARGIN], [INFLUENCE]])
+    known = np.array([[TRAVEL], [JUMP], [BEND], [RESERVE], [MARGIN], [INFLUENCE], [0.0], [0.0]])
     A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
     approach_into(np.array([distance]), np.ones((1, 1)), np.ones((1, 1)), known, (1.0, DT), A, lower, share)
     return float(lower[0]), float(share[0])

@@ -1,0 +1,142 @@
+"""Obstacles that move, and margins of single pairs."""
+
+import numpy as np
+import pytest
+
+from taskopt import Controller, DampingTask, JointVelocityLimit, PositionTask, Robot, Stack
+from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.collision.movers import Mover
+from taskopt.kinematics.geometry.shapes import Box, HalfSpace, Sphere
+from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
+from taskopt.kinematics.pose import exp3, homogeneous
+from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.target import Function, Latest, Target
+from taskopt.testing import check_limit
+from tests.helpers.near import circle_clearance
+
+LENGTHS, THICK, RADIUS = np.array([0.5, 0.4, 0.3]), 0.02, 0.1  # [m]
+MARGIN, DT = 0.02, 2e-3
+START = np.array([0.1, 0.2, -0.3])
+
+
+def centre(t: float) -> np.ndarray:
+    """A ball that comes down on the arm, with a swing, and goes up again."""
+    return np.array([0.9 + 0.05 * np.sin(3.0 * t), 0.35 - 0.25 * np.sin(1.2 * t), 0.0])
+
+
+def chased(target: Target | Latest, ticks: int = 1200) -> float:
+    """The least distance of ball and arm in elementary geometry, at five points of every step."""
+    arm = planar_arm(LENGTHS, radius=THICK, velocity=4.0)
+    ball = Sphere(centre(0.0), RADIUS, name="ball")
+    limit = ObstacleLimit([ball], MARGIN, 0.15, gain=0.2, moving={"ball": target})
+    stay = PositionTask("tip", axes="xy", gain=5.0)
+    control = Controller(arm, Stack([[stay], [DampingTask()]], [JointVelocityLimit(), limit]), dt=DT)
+    control.start(START)
+    q, least = START, np.inf
+    for k in range(ticks):
+        t = k * DT
+        if isinstance(target, Latest):
+            target.set(centre(t), (centre(t + DT) - centre(t)) / DT)
+        v = control.step(q, t).v
+        for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+            place = centre(t) + share * (centre(t + DT) - centre(t))
+            apart = circle_clearance(LENGTHS, q + share * DT * v, place[:2], RADIUS) - THICK
+            least = min(least, float(apart.min()))
+        q = q + DT * v
+    return least
+
+
+@pytest.mark.parametrize("target", [Function(centre), Latest(centre(0.0))], ids=["function", "latest"])
+def test_the_arm_gives_way_to_a_moving_ball(target: Target) -> None:
+    """d ≥ margin at every tick and between ticks, though the ball would go through the arm."""
+    assert MARGIN - 1e-9 <= chased(target) < MARGIN + 0.01
+
+
+def test_a_limit_that_forgets_the_motion_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the velocity of the ball in the bounds, it comes nearer than the margin."""
+    monkeypatch.setattr(Mover, "drift", lambda self: np.zeros(self.pairs.size))
+    assert chased(Function(centre)) < MARGIN - 1e-4
+
+
+def test_the_rate_of_the_distance_is_that_of_differences() -> None:
+    """n · (v + ω × (p₂ − o)) against distances measured before and after a short time, of a turning box."""
+    arm, h = planar_arm(LENGTHS, radius=THICK), 1e-6
+    rng = np.random.default_rng(1)
+
+    def pose(t: float) -> np.ndarray:
+        turn = exp3(np.array([0.0, 0.0, 2.0]) * t + np.array([0.3, -0.2, 0.4]))
+        return homogeneous(turn, np.array([0.8, 0.5, 0.02]) + t * np.array([0.3, -0.4, 0.1]))
+
+    limit = ObstacleLimit([Box(pose(0.0), [0.2, 0.1, 0.3])], moving={"box": Function(pose)}, influence=2.0)
+    plan = Stack([[DampingTask()]], [limit]).compile(arm, h)
+    for _ in range(5):
+        q = START + 0.1 * rng.normal(size=3)
+        apart = []
+        for t in (0.2 - h, 0.2, 0.2 + h):
+            plan.at(q, t)
+            apart.append(plan.limits[0].distances.distance.copy())  # type: ignore[union-attr]
+            if t == 0.2:
+                drift = plan.limits[0].known[6].copy()  # type: ignore[union-attr]
+        np.testing.assert_allclose((apart[2] - apart[0]) / (2.0 * h), drift, atol=1e-4)
+        assert np.abs(drift).max() > 0.1
+
+
+def test_what_cannot_move_is_refused() -> None:
+    """An obstacle that is not there, a half-space that turns, and a target that is no number."""
+    arm, ball = planar_arm(LENGTHS, radius=THICK), Sphere([2.0, 0.0, 0.0], 0.1, name="ball")
+    with pytest.raises(UnknownName, match=r"no obstacle named 'bal'.*did you mean ball"):
+        ObstacleLimit([ball], moving={"bal": Latest()})
+
+    def turning(t: float) -> np.ndarray:
+        return homogeneous(exp3(np.array([t, 0.0, 0.0])), np.array([0.0, 0.0, -1.0]))
+
+    floor = ObstacleLimit([HalfSpace([0, 0, 1], -1.0)], moving={"half-space": Function(turning)})
+    with pytest.raises(InvalidValue, match="is a half-space and must not turn"):
+        Stack([[DampingTask()]], [floor]).compile(arm, DT).at(START, 1.0)
+    lost = ObstacleLimit([ball], moving={"ball": Function(lambda t: np.full((4, 4), np.nan))})
+    with pytest.raises(InvalidValue, match="ball has NaN"):
+        Stack([[DampingTask()]], [lost]).compile(arm, DT).at(START, 1.0)
+
+
+def test_an_obstacle_that_a_stack_renames_still_moves() -> None:
+    """Two limits may each have a ball of the same name; the one with the target moves."""
+    arm = planar_arm(LENGTHS, radius=THICK)
+    still = ObstacleLimit([Sphere([2.0, 0.0, 0.0], 0.1)], name="still")
+    goes = ObstacleLimit([Sphere([0.0, 2.0, 0.0], 0.1)], name="goes", moving={"sphere": Function(centre)})
+    plan = Stack([[DampingTask()]], [still, goes]).compile(arm, DT)
+    plan.at(START, 0.0)
+    expected = circle_clearance(LENGTHS, START, centre(0.0)[:2], 0.1) - THICK
+    np.testing.assert_allclose(plan.distance_limits["goes"].distances.distance, expected, atol=1e-9)
+
+
+def test_pairs_can_have_margins_of_their_own() -> None:
+    """By one name or two, the last that fits; each pair brakes as far before its own margin."""
+    panda = Robot.load("panda")
+    given = {"panda_hand": 0.03, ("panda_hand", "panda_link0"): 0.05}
+    bound = SelfCollisionLimit(0.01, 0.05, margins=given).bind(panda, DT)
+    found = dict(zip(bound.pair_names, bound.margins, strict=True))
+    assert found["panda_link0 – panda_hand"] == 0.05
+    assert found["panda_link1 – panda_hand"] == 0.03
+    assert found["panda_link0 – panda_link5"] == 0.01
+    np.testing.assert_allclose(bound.known[5] - bound.margins, 0.04)
+    with pytest.raises(UnknownName, match="no link or obstacle named 'panda_elbow'"):
+        SelfCollisionLimit(margins={"panda_elbow": 0.1}).bind(panda, DT)
+    with pytest.raises(InvalidValue, match="margin of panda_hand must be ≥ 0"):
+        SelfCollisionLimit(margins={"panda_hand": -0.1}).bind(panda, DT)
+
+
+@pytest.mark.parametrize("rows", [1, 64])
+def test_a_margin_of_one_pair_is_kept(rows: int) -> None:
+    """The tip stays 6 cm away from one ball and 2 cm away from the other."""
+    arm = planar_arm(LENGTHS, radius=THICK, velocity=2.0)
+    balls = [Sphere([0.9, y, 0.0], RADIUS, name=name) for name, y in (("upper", 0.4), ("lower", -0.4))]
+    limit = ObstacleLimit(balls, 0.02, 0.1, margins={"upper": 0.06}, rows=rows)
+    check_limit(limit, arm)
+    for y, least in ((0.5, 0.06), (-0.5, 0.02)):
+        task = PositionTask("tip", target=[0.9, y, 0.0], axes="xy", gain=3.0)
+        control = Controller(arm, Stack([[task]], [JointVelocityLimit(), limit]), dt=DT)
+        q, seen = np.array([0.3, -0.7, 0.9]), []
+        for k in range(1500):
+            q = q + DT * control.step(q, k * DT).v
+            seen.append(circle_clearance(LENGTHS, q, np.array([0.9, np.sign(y) * 0.4]), RADIUS).min() - THICK)
+        assert least - 1e-6 <= min(seen) < least + 0.02
