@@ -17,10 +17,10 @@ from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.movers import Mover
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
+from taskopt.kinematics.limit.movers import Mover
 
 
 @dataclass(frozen=True)

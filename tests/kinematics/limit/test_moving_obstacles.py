@@ -5,9 +5,9 @@ import pytest
 
 from taskopt import Controller, DampingTask, JointVelocityLimit, PositionTask, Robot, Stack
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.collision.movers import Mover
 from taskopt.kinematics.geometry.shapes import Box, HalfSpace, Sphere
 from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
+from taskopt.kinematics.limit.movers import Mover
 from taskopt.kinematics.pose import exp3, homogeneous
 from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.target import Function, Latest, Target
@@ -26,7 +26,7 @@ def centre(t: float) -> np.ndarray:
 
 def chased(target: Target | Latest, ticks: int = 1200) -> float:
     """The least distance of ball and arm in elementary geometry, at five points of every step."""
-    arm = planar_arm(LENGTHS, radius=THICK, velocity=4.0)
+    arm = planar_arm(LENGTHS.tolist(), radius=THICK, velocity=4.0)
     ball = Sphere(centre(0.0), RADIUS, name="ball")
     limit = ObstacleLimit([ball], MARGIN, 0.15, gain=0.2, moving={"ball": target})
     stay = PositionTask("tip", axes="xy", gain=5.0)
@@ -60,7 +60,7 @@ def test_a_limit_that_forgets_the_motion_is_caught(monkeypatch: pytest.MonkeyPat
 
 def test_the_rate_of_the_distance_is_that_of_differences() -> None:
     """n · (v + ω × (p₂ − o)) against distances measured before and after a short time, of a turning box."""
-    arm, h = planar_arm(LENGTHS, radius=THICK), 1e-6
+    arm, h = planar_arm(LENGTHS.tolist(), radius=THICK), 1e-6
     rng = np.random.default_rng(1)
 
     def pose(t: float) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_the_rate_of_the_distance_is_that_of_differences() -> None:
 
 def test_what_cannot_move_is_refused() -> None:
     """An obstacle that is not there, a half-space that turns, and a target that is no number."""
-    arm, ball = planar_arm(LENGTHS, radius=THICK), Sphere([2.0, 0.0, 0.0], 0.1, name="ball")
+    arm, ball = planar_arm(LENGTHS.tolist(), radius=THICK), Sphere([2.0, 0.0, 0.0], 0.1, name="ball")
     with pytest.raises(UnknownName, match=r"no obstacle named 'bal'.*did you mean ball"):
         ObstacleLimit([ball], moving={"bal": Latest()})
 
@@ -100,7 +100,7 @@ def test_what_cannot_move_is_refused() -> None:
 
 def test_an_obstacle_that_a_stack_renames_still_moves() -> None:
     """Two limits may each have a ball of the same name; the one with the target moves."""
-    arm = planar_arm(LENGTHS, radius=THICK)
+    arm = planar_arm(LENGTHS.tolist(), radius=THICK)
     still = ObstacleLimit([Sphere([2.0, 0.0, 0.0], 0.1)], name="still")
     goes = ObstacleLimit([Sphere([0.0, 2.0, 0.0], 0.1)], name="goes", moving={"sphere": Function(centre)})
     plan = Stack([[DampingTask()]], [still, goes]).compile(arm, DT)
@@ -128,7 +128,7 @@ def test_pairs_can_have_margins_of_their_own() -> None:
 @pytest.mark.parametrize("rows", [1, 64])
 def test_a_margin_of_one_pair_is_kept(rows: int) -> None:
     """The tip stays 6 cm away from one ball and 2 cm away from the other."""
-    arm = planar_arm(LENGTHS, radius=THICK, velocity=2.0)
+    arm = planar_arm(LENGTHS.tolist(), radius=THICK, velocity=2.0)
     balls = [Sphere([0.9, y, 0.0], RADIUS, name=name) for name, y in (("upper", 0.4), ("lower", -0.4))]
     limit = ObstacleLimit(balls, 0.02, 0.1, margins={"upper": 0.06}, rows=rows)
     check_limit(limit, arm)
