@@ -4,6 +4,9 @@ mink reads the robot through MuJoCo's own URDF reader (a floating joint to the w
 and weighs errors before they are squared, so that its costs are the roots of our weights.
 """
 
+# MuJoCo ships no stubs that name its classes.
+# pyright: reportAttributeAccessIssue=false
+
 from xml.etree import ElementTree as ET
 
 import mink  # pyright: ignore[reportMissingImports]

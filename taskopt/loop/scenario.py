@@ -17,7 +17,7 @@ from taskopt.kinematics.stack import Plan, Stack
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
 
 FOLDER = Path("tasks")
-DEMO = Path(__file__).with_name("demo.py")  # the scenario that is part of the package
+DEMO = Path(__file__).parents[1] / "demo.py"  # the scenario that is part of the package
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
