@@ -22,7 +22,13 @@ from taskopt.resolver.registry import resolver
 
 PORTS = {file.stem: file for file in scenario_files(Path(__file__).parents[1] / "tasks" / "ports")}
 UNTRACKED = {"pink_arm_z1_joint_velocity_tracking"}  # has no target that could be reached
-COMPROMISE = {  # [m], where weights or a higher level keep the first task from its target
+COMPROMISE = {  # [m], where weights, an obstacle or a higher level keep the first task from its target
+    "mink_arm_aloha": 0.15,
+    "mink_arm_hand_iiwa_allegro": 0.05,
+    "mink_arm_hand_xarm_leap": 0.05,
+    "mink_arm_iiwa": 0.08,
+    "mink_arm_panda_dof_freezing": 0.01,
+    "mink_arm_ur5e": 0.3,
     "pink_mobile_stretch": 0.3,
     "pink_barriers_go2_squat": 0.11,
     "pink_barriers_arm_ur5": 0.11,
