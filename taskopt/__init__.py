@@ -5,10 +5,11 @@ import Pinocchio and Numba, and a program that only uses hierarchies of plain ar
 """
 
 import sys
-from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from taskopt.synonyms import near_names
 
 if TYPE_CHECKING:
     from taskopt.arrays import Array as Array
@@ -304,7 +305,7 @@ def _way_out(name: str) -> str:
     if _is_module(name):
         return f"it is a module: import taskopt.{name}"
     near = [other for other in __all__ if len(name) > 3 and name.lower() in other.lower()]
-    near = near or get_close_matches(name, __all__, n=3, cutoff=0.7)
+    near = near or near_names(name, __all__, 0.7)
     if near:
         return f"did you mean {' or '.join(near[:3])}?"
     modules = _modules_that_define(name)

@@ -5,13 +5,14 @@ user expects, and `except TaskoptError` catches everything that this package rai
 """
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Protocol
 
+from taskopt.synonyms import near_names
+
 
 class KeptProblem(Protocol):
-    """The part of a `Hierarchy` that errors use, stated here so that this module imports no other."""
+    """The part of a `Hierarchy` that errors use, stated here so that errors import no hierarchy."""
 
     def save(self, path: str | Path) -> None:
         """Write the problem to a file, so that it can be resolved again elsewhere.
@@ -56,7 +57,7 @@ class UnknownName(TaskoptError, LookupError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = get_close_matches(name, self.known, n=3, cutoff=0.5)
+        near = near_names(name, self.known, 0.5)
         if near:
             way_out = f"did you mean {', '.join(near)}?"
         elif len(self.known) <= 12:

@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = Path(taskopt.__file__).parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 NOTEBOOKS = sorted((ROOT / "docs").glob("*.ipynb"))
+REFERENCE = sorted((ROOT / "docs" / "reference").glob("*.md"))
 PRINTS = "# prints "
 
 
@@ -188,3 +189,31 @@ def test_a_name_that_is_gone_is_caught() -> None:
         "normal_tick_of_old",
         "taskopt/tick.py",
     ]
+
+
+def missing_in_reference(pages: str) -> list[str]:
+    """Modules with public names that no page of the reference shows, or more than one."""
+    shown = re.findall(r"^\.\. public-names:: (\S+)$", pages, flags=re.MULTILINE)
+    homes = {taskopt._HOME[name] for name in taskopt.__all__}
+    return sorted(home for home in homes if sum(f"{home}.".startswith(f"{part}.") for part in shown) != 1)
+
+
+def test_the_reference_has_every_public_name_once() -> None:
+    """Every module in which public names live is on one page of the reference."""
+    assert missing_in_reference("".join(text(page) for page in REFERENCE)) == []
+
+
+def test_a_module_that_the_reference_lacks_or_repeats_is_caught() -> None:
+    """Without the page of limits, and with the page of errors twice."""
+    pages = [text(page) for page in REFERENCE if page.stem != "limits"]
+    assert missing_in_reference("".join(pages)) == ["taskopt.kinematics.limit"]
+    assert "taskopt.errors" in missing_in_reference(
+        "".join([*pages, text(ROOT / "docs" / "reference" / "errors.md")])
+    )
+
+
+def test_every_page_has_its_place() -> None:
+    """The table of contents in docs/index.md names every page of the folder."""
+    listed = set(re.findall(r"^[a-z_/]+$", text(ROOT / "docs" / "index.md"), flags=re.MULTILINE))
+    pages = {page.stem for page in PAGES} | {f"reference/{page.stem}" for page in REFERENCE}
+    assert pages - {"index"} == listed

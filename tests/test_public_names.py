@@ -70,7 +70,8 @@ def test_an_error_inside_a_module_is_not_hidden(kind: str, tmp_path: Path) -> No
     """Where the module of a name cannot be imported, its own error is shown, not "cannot import name"."""
     package = tmp_path / "taskopt"
     (package / "loop").mkdir(parents=True)
-    (package / "__init__.py").write_text(FACE.read_text("utf-8"), "utf-8")
+    for file in ("__init__.py", "synonyms.py"):
+        (package / file).write_text(FACE.with_name(file).read_text("utf-8"), "utf-8")
     (package / "loop" / "scenario.py").write_text(f"raise {kind}('inner')\n", "utf-8")
     done = subprocess.run(
         [sys.executable, "-c", "from taskopt import Scenario"],
