@@ -41,7 +41,7 @@ class InvalidValue(TaskoptError, ValueError):
 
 
 class UnknownName(TaskoptError, LookupError):
-    """A name is unknown; the message suggests similar names.
+    """A name is unknown; the message suggests names of similar letters or meaning.
 
     Args:
         kind: Kind of thing that was looked up, such as "robot".
