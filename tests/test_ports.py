@@ -13,6 +13,8 @@ from taskopt import (
     JointPositionLimit,
     JointTask,
     JointVelocityLimit,
+    ObstacleLimit,
+    SelfCollisionLimit,
     Stack,
     planar_arm,
 )
@@ -57,6 +59,10 @@ def faults(made: Scenario, ran: list[Step]) -> list[str]:
     if any(isinstance(limit, VELOCITY) for limit in limits):
         allowed = made.robot.velocity_limit * (1.0 + 1e-9)
         found += [f"too fast at {step.t:g} s" for step in ran if (np.abs(step.v) > allowed).any()]
+    for limit in limits:  # distances of meshes are measured to about 1e-8 m
+        if isinstance(limit, ObstacleLimit | SelfCollisionLimit):
+            near = [step for step in ran if step.distances[limit.name].distance.min() < limit.margin - 1e-6]
+            found += [f"{limit.name} too near at {step.t:g} s" for step in near]
     return found
 
 
@@ -95,6 +101,12 @@ def test_a_run_that_leaves_its_limits_is_caught() -> None:
     assert any("joint1" in text for text in found)
     assert any("too fast" in text for text in found)
     assert faults(made, steps(made)) == []
+
+
+def test_a_run_that_meets_an_obstacle_is_caught() -> None:
+    """The pseudo-inverse knows no obstacles: the flange passes the floor, which is said."""
+    made = replace(scenario("mink_arm_ur5e"), duration=1.5)
+    assert any("obstacle too near" in text for text in faults(made, list(run(made, resolver("pinv")))))
 
 
 def test_the_page_lists_every_port_with_its_lines() -> None:
