@@ -92,7 +92,7 @@ class Gate:
         Returns:
             True if all rows are fully on.
         """
-        return not self.openness(t).any()
+        return bool(self._wanted.all()) and not self.openness(t).any()
 
     def apply(self, t: float) -> None:
         """Open the bounds of rows that are not fully on; call it after the task has filled its rows.

@@ -272,7 +272,36 @@ def test_a_blended_change_does_not_jump(changes: dict[str, object]) -> None:
     """Over half a second the largest change from tick to tick is a fraction of that of a switch."""
     at_once = largest_jump(lambda control: control.set(changes))
     blended = largest_jump(lambda control: control.set(changes, over=0.5))
-    assert blended < 0.5 * at_once
+    nothing = largest_jump(lambda control: None)
+    assert nothing < blended < 0.5 * at_once
+
+
+@pytest.mark.parametrize(
+    ("changes", "levels"),
+    [
+        ({"hand.enabled": False}, [[rest("panda")]]),
+        ({"hand.axes": "xyz"}, [[hand("panda", axes="xyz")], [rest("panda")]]),
+        ({"hand.weight": [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]}, [[hand("panda", axes="xyz")], [rest("panda")]]),
+        ({"level 2.enabled": False}, [[hand("panda")]]),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_after_the_blend_rows_are_out(changes: dict[str, object], levels: list) -> None:
+    """Then the velocity is that of the stack without the rows; back again, it is that with them."""
+    q = generic_q(robot("panda"), 7)
+    control = Controller(robot("panda"), Stack([[hand("panda")], [rest("panda")]]), dt=DT)
+    first = control.step(q, 0.0).v.copy()
+    control.set(changes, over=0.1)
+    path = [control.step(q, 0.01 * i).v.copy() for i in range(1, 20)]
+    without = Controller(robot("panda"), Stack(levels), dt=DT).step(q, 0.0).v
+    assert np.abs(first - without).max() > 0.01
+    np.testing.assert_allclose(path[-1], without, atol=1e-9)
+    assert np.abs(path[8] - first).max() > 1e-6
+    back = {name: [1.0] * 6 if name == "hand.weight" else True for name in changes}
+    control.set({"hand.axes": "xyzrpy"} if "hand.axes" in changes else back, over=0.1)
+    path = [control.step(q, 0.2 + 0.01 * i).v.copy() for i in range(20)]
+    np.testing.assert_allclose(path[-1], first, atol=1e-9)
+    assert not control.plan.gated
 
 
 def test_weights_are_blended_by_equal_ratios_and_gains_by_equal_steps() -> None:
