@@ -146,5 +146,5 @@ def random_posture(robot: Robot, rng: np.random.Generator) -> Array:
     lower, upper = robot.position_lower[has], robot.position_upper[has]
     lower = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, 0.0) - np.pi)
     upper = np.where(np.isfinite(upper), upper, lower + 2.0 * np.pi)
-    q[robot.position_index[has]] = rng.uniform(lower, np.maximum(lower, upper))
+    q[robot.position_index[has]] = lower + rng.random(len(lower)) * (np.maximum(lower, upper) - lower)
     return q
