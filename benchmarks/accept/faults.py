@@ -563,21 +563,21 @@ _OF_KINEMATICS = (
     _constant("a link at its margin may move 1 cm", "CONTACT", "1e-9", "1e-2"),
     Fault(
         "distance limits keep no reserve",
-        "kinematics/limit/distance.py",
+        "kinematics/limit/bound_distance.py",
         "np.minimum(self.jump + 2.0 * self.bend, ",
         "np.minimum(0.0 * self.jump, ",
     ),
     Fault(
         "far pairs do not bound the speed",
-        "kinematics/limit/distance.py",
-        "budget, first = room, travel",
-        "budget, first = 1e9 * room, travel",
+        "kinematics/limit/bound_distance.py",
+        "budget, first = room, pair[Pair.TRAVEL]",
+        "budget, first = 1e9 * room, pair[Pair.TRAVEL]",
     ),
     Fault(
         "the band of a transition closes in proportion to time",
         "kinematics/task/transition.py",
-        "/ _SHARE * math.expm1(_KAPPA * u)",
-        "* u",
+        "/ _SHARE * np.expm1(_KAPPA * np.asarray(openness))",
+        "* np.asarray(openness)",
     ),
     Fault(
         "a task comes before it begins",

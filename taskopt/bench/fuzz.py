@@ -175,7 +175,8 @@ class Floor:
         """Lower the least distance of those pairs among the given ones that are inside the margin."""
         distance, margin = self.limit.distances.distance, self.limit.margins
         inside = among & (distance < margin)
-        self.least[inside] = distance[inside] - np.maximum(LIMIT_KEPT, 0.1 * (margin - distance[inside]))
+        depth = (margin - distance)[inside]
+        self.least[inside] = distance[inside] - np.maximum(LIMIT_KEPT, 0.1 * depth)
 
 
 _COLUMNS = {
