@@ -114,6 +114,8 @@ class Plan:
     Attributes:
         stack: The declared stack.
         changes: Parameters by address, and the changes that wait for the next tick.
+        altered: True if a change waits or is being blended, or if a task has rows that are not fully on, so
+            that Python code must follow the kernels.
         tasks: The bound tasks in order of level; their errors and poses are those of the last `at`.
         limits: The bound limits, in order.
         rate_limits: The limits whose bounds depend on the velocity of the last tick.
@@ -154,6 +156,7 @@ class Plan:
         self._damps = [(damping, k, blocks[damping.name].rows) for damping, k in dampings]
         self._gates = self._gated(blocks)
         self._open_gates: tuple[Gate, ...] = ()
+        self.altered = False
         self.changes = Changes(self._parameters(levels))
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
@@ -261,7 +264,7 @@ class Plan:
         """
         if self._begun is None:
             self._anchor(q, t)
-        if self.changes.waiting:
+        if self.altered:
             self.take_changes(t)
         self.configuration.update(q)
         for aim in self._moving:
@@ -281,6 +284,7 @@ class Plan:
             InvalidValue: A parameter does not take its value.
         """
         self.changes.set(changes, over)
+        self.altered = True
 
     def retime(self, dt: float) -> None:
         """Change the time from one tick to the next.
@@ -307,17 +311,13 @@ class Plan:
         """True if `aim` followed by `fill(*tick)` does the same as `at`, as long as `gated` is False."""
         return not self._narrows and not self._damps
 
-    @property
-    def gated(self) -> bool:
-        """True if a task has rows that are not fully on, so that Python code must open their bounds."""
-        return bool(self._open_gates)
-
     def take_changes(self, t: float) -> None:
         """Apply the waiting changes of parameters, and advance those that are blended.
 
         Args:
             t: Time of the tick [s].
         """
+        self.altered = False  # first, so that what another thread sets from here on is not lost
         self.changes.apply(t)
         if not all(part.fixed_target for part in self._still):
             self._sort_targets()
@@ -326,6 +326,8 @@ class Plan:
                 gate.stirred = False
                 if gate not in self._open_gates and not gate.is_idle(t):
                     self._open_gates = (*self._open_gates, gate)
+        if self.changes.waiting or self._open_gates:
+            self.altered = True
 
     def _apply_gates(self, t: float) -> None:
         """Open the bounds of rows that are not fully on; forget gates with nothing to do."""

@@ -66,7 +66,7 @@ class OneCall:
         plan = self._plan
         plan.aim(q, t)
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
-        if plan.gated:  # Python follows the kernels of the rows
+        if plan.altered:  # Python may have to follow the kernels of the rows
             problem = _problem(plan.filled(t))
             outcome, count = self._apart(problem, self._settings, self.history, state, answer)
             code, rounds = int(outcome), int(count)
