@@ -308,7 +308,7 @@ class Plan:
 
     @property
     def in_one_call(self) -> bool:
-        """True if `aim` followed by `fill(*tick)` does the same as `at`, as long as `gated` is False."""
+        """True if `aim` followed by `fill(*tick)` does the same as `at`, unless the plan is `altered`."""
         return not self._narrows and not self._damps
 
     def take_changes(self, t: float) -> None:
