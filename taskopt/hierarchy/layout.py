@@ -8,7 +8,7 @@ from itertools import count
 import numpy as np
 
 from taskopt.arrays import IntArray
-from taskopt.hierarchy.view import answer_size, buffer_size
+from taskopt.hierarchy.view import answer_size, buffer_size, place_of_x
 
 
 def numbered(names: Iterable[str]) -> list[str]:
@@ -78,6 +78,11 @@ class Layout:
     owners: tuple[str, ...] = ("box",)
     column: tuple[int, ...] = field(default=())
     unknown_units: tuple[str, ...] = ()
+
+    @cached_property
+    def place_of_x(self) -> slice:
+        """Where x stands in the flat answer, kept since every tick needs it."""
+        return place_of_x(self.n)
 
     @cached_property
     def n(self) -> int:

@@ -15,7 +15,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.review import Review
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import PROVEN
-from taskopt.hierarchy.view import Answer, answer_of, x_of
+from taskopt.hierarchy.view import Answer, answer_of
 
 
 class Resolution:
@@ -56,7 +56,7 @@ class Resolution:
         self.status: Final = status
         self.iterations: Final = iterations
         self._reviewer: Final = reviewer
-        self.x: Final[Array] = x_of(answer, source.layout.n)
+        self.x: Final[Array] = answer[source.layout.place_of_x]
 
     def replaced(
         self, status: Status | None = None, notes: tuple[str, ...] | None = None, fallback: str | None = None

@@ -137,17 +137,16 @@ def box_of(buffer: Array, n: int) -> Array:
     return buffer[buffer.size - 4 * n :].reshape((4, n))
 
 
-def x_of(answer: Array, n: int) -> Array:
-    """Return the unknowns of an answer as a view; every tick calls this function.
+def place_of_x(n: int) -> slice:
+    """Return where x stands in the flat answer.
 
     Args:
-        answer: The flat answer.
         n: Number of unknowns.
 
     Returns:
-        x, (n,).
+        The slice of the answer that is x, (n,).
     """
-    return answer[:n]
+    return slice(0, n)
 
 
 def answer_of(answer: Array, n: int, row_count: int, level_count: int) -> Answer:
