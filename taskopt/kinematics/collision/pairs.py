@@ -1,6 +1,5 @@
 """Shapes of a robot and pairs of shapes, found by the names of their links; and random postures."""
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from taskopt.arrays import Array, finite
 from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.robot.parts import link_of
 from taskopt.kinematics.robot.robot import Robot
 
 SolidPair = tuple[int, int]  # places in robot.geometry.geometryObjects
@@ -70,18 +70,6 @@ def shapes_of(robot: Robot, links: Iterable[str] | None) -> tuple[int, ...]:
             raise UnknownName("link with a shape", link, sorted(set(owners)))
         out += [i for i, owner in enumerate(owners) if owner == link]
     return tuple(out)
-
-
-def link_of(shape: str) -> str:
-    """Return the name of the link to which a shape belongs.
-
-    Args:
-        shape: Name of the shape, which is that of its link with a number, as in link_0 and link_1.
-
-    Returns:
-        The name of the link.
-    """
-    return re.sub(r"_\d+$", "", shape)
 
 
 def shape_names(robot: Robot) -> tuple[str, ...]:

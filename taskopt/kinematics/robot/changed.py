@@ -1,4 +1,4 @@
-"""Changed parts of a robot, with an additional frame or with tighter limits."""
+"""Parts of a robot with a change: one more frame, tighter limits, or pairs of links that are not checked."""
 
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
@@ -11,9 +11,9 @@ import pinocchio as pin
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue, UnknownName
-from taskopt.kinematics.engine import JointModel, Model
+from taskopt.kinematics.engine import GeometryModel, JointModel, Model
 from taskopt.kinematics.robot.joints import joint_table
-from taskopt.kinematics.robot.parts import Parts
+from taskopt.kinematics.robot.parts import Lazy, Parts, Shapes, link_of, loaded
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,33 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
         model.upperVelocityLimit[columns] = fastest
         model.lowerVelocityLimit[columns] = -fastest
     return replace(parts, model=model, postures={k: _inside(model, q) for k, q in parts.postures.items()})
+
+
+def without_collision(parts: Parts, pairs: frozenset[frozenset[str]]) -> Parts:
+    """Leave out pairs of links, which are then never checked for collision.
+
+    Args:
+        parts: Parts of a robot.
+        pairs: Sets of two names of links, or of one name, which leaves out all pairs of that link.
+
+    Returns:
+        Parts whose shapes, when they are loaded, lack these pairs.
+    """
+    return replace(parts, geometry=Lazy(_without_pairs, parts.geometry, pairs))
+
+
+def _without_pairs(shapes: Shapes, pairs: frozenset[frozenset[str]]) -> GeometryModel:
+    """Load shapes, and leave out pairs of links."""
+    out = pin.GeometryModel(loaded(shapes))
+    if len(out.collisionPairs) == 0:
+        out.addAllCollisionPairs()
+    names = [link_of(shape.name) for shape in out.geometryObjects]
+    # As numbers, because the pairs themselves are references that shift when one is removed.
+    for i, j in [(int(pair.first), int(pair.second)) for pair in out.collisionPairs]:
+        links = frozenset((names[i], names[j]))
+        if links in pairs or any(frozenset((link,)) in pairs for link in links):
+            out.removeCollisionPair(pin.CollisionPair(i, j))
+    return out
 
 
 def _joint(model: Model, name: str, *, single: bool = True) -> JointModel:

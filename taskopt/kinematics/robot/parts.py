@@ -3,6 +3,7 @@
 # Pinocchio and Coal ship no stubs.
 # pyright: reportAttributeAccessIssue=false
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -175,3 +176,15 @@ def loaded(shapes: Shapes) -> GeometryModel:
     if shapes is None:
         return pin.GeometryModel()
     return shapes() if callable(shapes) else shapes
+
+
+def link_of(shape: str) -> str:
+    """Return the name of the link to which a shape belongs.
+
+    Args:
+        shape: Name of the shape, which is that of its link with a number, as in link_0 and link_1.
+
+    Returns:
+        The name of the link.
+    """
+    return re.sub(r"_\d+$", "", shape)

@@ -15,7 +15,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.tolerances import JOINT_RANGE, MODEL_UNCHANGED, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.orientation.pose_forms import Homogeneous, as_pose
-from taskopt.kinematics.robot.changed import TighterLimits, with_frame, with_limits
+from taskopt.kinematics.robot.changed import TighterLimits, with_frame, with_limits, without_collision
 from taskopt.kinematics.robot.couplings import Coupling, checked_couplings, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
@@ -492,6 +492,27 @@ class Robot:
         return Robot.from_parts(
             with_limits(self.parts, TighterLimits(position or {}, velocity or {}, margin))
         )
+
+    def without_collision(self, *links: str | tuple[str, str]) -> "Robot":
+        """Make a robot in which pairs of links are not checked for collision with each other.
+
+        Args:
+            links: Pairs of names of links; or single names, which leave out all pairs of that link.
+
+        Returns:
+            A new robot; its shapes are still loaded on first use only.
+
+        Raises:
+            UnknownName: There is no link of that name.
+            InvalidValue: An entry is neither a name nor a pair of names.
+        """
+        pairs = [(named,) if isinstance(named, str) else tuple(named) for named in links]
+        for pair in pairs:
+            if len(pair) not in (1, 2):
+                raise InvalidValue(f"links must be names, or pairs of names, got {pair!r}")
+            for name in pair:
+                self.frame_id(name)
+        return Robot.from_parts(without_collision(self.parts, frozenset(map(frozenset, pairs))))
 
     def require_unchanged(self) -> None:
         """Check that the limits and the tree of the model were not changed after the robot was made.

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from taskopt import Configuration, InvalidValue, PositionTask, Stack, UnknownName
+from taskopt import Configuration, InvalidValue, PositionTask, Robot, SelfCollisionLimit, Stack, UnknownName
 from tests.helpers.robots import FRAMES, generic_q, robot
 
 SHIFT = np.array([0.02, -0.03, 0.2])
@@ -101,3 +101,31 @@ def test_unknown_names_and_false_poses_are_refused() -> None:
     ):
         with pytest.raises(InvalidValue, match=message):
             of.with_frame("tool", "panda_hand", wrong)
+
+
+def links(of: Robot) -> set[frozenset[str]]:
+    """The pairs of links that a self-collision limit keeps apart."""
+    limit = SelfCollisionLimit()
+    names = [shape.name.rsplit("_", 1)[0] for shape in of.geometry.geometryObjects]
+    return {frozenset((names[i], names[j])) for i, j in limit.choice(of).pairs}
+
+
+@pytest.mark.parametrize("name", ["panda", "tiago"])
+def test_pairs_that_are_left_out_are_not_kept_apart(name: str) -> None:
+    """A pair of links that is named is left out, and so are all pairs of a link that is named alone."""
+    of = robot(name)
+    before = links(of)
+    first, *_, last = sorted(sorted(pair) for pair in before)
+    assert links(of.without_collision(tuple(first))) == before - {frozenset(first)}
+    alone = last[0]
+    after = links(of.without_collision(tuple(first), alone))
+    assert after == {pair for pair in before - {frozenset(first)} if alone not in pair}
+    assert links(of) == before
+
+
+def test_false_names_of_links_are_refused() -> None:
+    """The error names the link, or the form that is expected."""
+    with pytest.raises(UnknownName, match="panda_link5"):
+        robot("panda").without_collision(("panda_link55", "panda_link7"))
+    with pytest.raises(InvalidValue, match="pairs of names"):
+        robot("panda").without_collision(("panda_link5", "panda_link6", "panda_link7"))  # type: ignore[arg-type]
