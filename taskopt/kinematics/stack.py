@@ -354,10 +354,13 @@ class Plan:
         found: dict[str, Parameter] = {}
         for task in self.tasks:
             found |= {f"{task.name}.{attribute}": p for attribute, p in task.adjustable().items()}
-        for name, task in {task.name: task for task in self.tasks if task.name in self._gates}.items():
-            gate = self._gates[name]
-            found[f"{name}.weight"], found[f"{name}.axes"] = Weight(task, gate), Axes(task, gate)
-            found[f"{name}.enabled"] = Enabled(f"{name}.enabled", [gate])
+            if gate := self._gates.get(task.name):
+                address = f"{task.name}.enabled"
+                found[f"{task.name}.weight"], found[f"{task.name}.axes"] = (
+                    Weight(task, gate),
+                    Axes(task, gate),
+                )
+                found[address] = Enabled(address, [gate])
         for k, level in enumerate(levels, 1):
             address = f"{LEVEL}{k}.enabled"
             found[address] = Enabled(address, [self._gates[t.name] for t in level if t.name in self._gates])

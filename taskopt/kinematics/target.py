@@ -185,7 +185,7 @@ class Circle:
         positive("period", self.period)
         if self.turns is not None:
             positive("turns", self.turns)
-        toward, along = _unit("toward", self.toward), _unit("along", self.along)
+        toward, along = unit("toward", self.toward), unit("along", self.along)
         if abs(toward @ along) > RIGHT_ANGLE:
             raise InvalidValue(
                 f"toward and along must be at right angles, their cosine is {toward @ along:.3g}"
@@ -199,7 +199,7 @@ class Circle:
         """
         if not isinstance(space, PoseSpace):
             raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
-        toward, along = _unit("toward", self.toward).tolist(), _unit("along", self.along).tolist()
+        toward, along = unit("toward", self.toward).tolist(), unit("along", self.along).tolist()
         (x, y, z), r, omega = start[:3, 3].tolist(), float(self.radius), 2.0 * math.pi / self.period
         begin, pose = t, start.copy()
         end = math.inf if self.turns is None else self.turns * self.period
@@ -388,8 +388,19 @@ def _numbers(name: str, value: Value) -> Array:
         raise InvalidValue(f"{name} must be numbers, got {value!r}") from error
 
 
-def _unit(name: str, value: ArrayLike) -> Array:
-    """Return a direction (3,) at length 1; raise `InvalidValue` if it has none."""
+def unit(name: str, value: ArrayLike) -> Array:
+    """Scale a vector to length 1.
+
+    Args:
+        name: Name of the value in messages.
+        value: The vector, (3,).
+
+    Returns:
+        Its direction, (3,).
+
+    Raises:
+        InvalidValue: The vector is not three finite numbers, or is too short to have a direction.
+    """
     vector = finite(name, value, (3,))
     length = float(np.linalg.norm(vector))
     if length < NO_DIRECTION:

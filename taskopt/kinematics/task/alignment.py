@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, finite
-from taskopt.errors import InvalidValue
+from taskopt.arrays import Array, ArrayLike
 from taskopt.hierarchy import tolerances
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
@@ -25,7 +24,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace, Value
-from taskopt.kinematics.target import Target, as_target
+from taskopt.kinematics.target import Target, as_target, unit
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import BoundTask, Task, gains, task_rate, weights
 
@@ -219,26 +218,6 @@ class BoundLook(_BoundTurn, AimedTask):
         rate = self._slope @ (turn.T @ self._twist[:3]) / length
         rows.lower[:] = task_rate(rate, self.gain, self.error)
         rows.upper[:] = rows.lower
-
-
-def unit(name: str, value: ArrayLike) -> Array:
-    """Scale a vector to length 1.
-
-    Args:
-        name: Name of the value in messages.
-        value: The vector, (3,).
-
-    Returns:
-        Its direction, (3,).
-
-    Raises:
-        InvalidValue: The vector is not three finite numbers, or is too short to have a direction.
-    """
-    vector = finite(name, value, (3,))
-    length = float(np.linalg.norm(vector))
-    if length < tolerances.NO_DIRECTION:
-        raise InvalidValue(f"{name} must be a direction, got {vector}")
-    return vector / length
 
 
 def across(axis: Array) -> Array:

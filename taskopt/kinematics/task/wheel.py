@@ -11,7 +11,7 @@ from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import PARALLEL
 from taskopt.kinematics.configuration import Configuration, frame_jacobian_into
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.task.alignment import unit
+from taskopt.kinematics.target import unit
 from taskopt.kinematics.task.base import BoundTask, Task, gains, weights
 from taskopt.kinematics.task.relative import relative_motion_into
 
