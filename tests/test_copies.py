@@ -148,6 +148,14 @@ def test_what_cannot_be_copied_is_refused_by_name() -> None:
     blended.set({"hand.gain": 2.0}, over=1.0)
     with pytest.raises(InvalidValue, match="being blended"):
         copy.deepcopy(blended)
+    fading = started([hand, JointTask()])
+    fading.set({"hand.enabled": False}, over=1.0)
+    for t in (0.0, 0.5):  # at its first tick, too, at which no bound has opened yet
+        fading.step(q, t)
+        with pytest.raises(InvalidValue, match="being blended"):
+            copy.deepcopy(fading)
+    fading.step(q, 1.5)
+    np.testing.assert_allclose(copy.deepcopy(fading).step(q, 1.6).v, fading.step(q, 1.6).v, atol=1e-12)
     moving = started([hand])
     moving.set({"hand.target": Line(by=[0.1, 0.0, 0.0], duration=1.0)})
     moving.step(q, DT)

@@ -70,8 +70,11 @@ class Changes:
                     self._ramps[name] = ramp
                     self.waiting = True
 
-    def recall(self) -> dict[str, Setting]:
+    def recall(self, *, blending: bool) -> dict[str, Setting]:
         """Return the present values that a copy of the plan has to set.
+
+        Args:
+            blending: True if rows of a task are between on and off.
 
         Returns:
             Values by address. Targets are left out, since the tasks remember them; "enabled" of a level is
@@ -80,7 +83,7 @@ class Changes:
         Raises:
             InvalidValue: A change waits for the next tick, or is being blended.
         """
-        if self.waiting:
+        if self.waiting or blending:
             raise InvalidValue(
                 "a loop cannot be copied while a change of a parameter waits or is being blended; step first"
             )

@@ -29,6 +29,7 @@ class Gate:
         chosen: True for rows that the choice of axes includes, (m,).
         weighted: True for rows whose weight is greater than 0, (m,).
         stirred: True from a call of `change` until the plan has noticed it.
+        blending: True if a row had not yet come to on or to off at the last `apply`.
     """
 
     def __init__(self, rows: LevelRows, *, constant: bool) -> None:
@@ -41,7 +42,7 @@ class Gate:
         self._wanted = self.chosen & self.weighted
         self._from, self._begin, self._blend = np.zeros(m), 0.0, 0.0
         self._reach: float | None = None
-        self.stirred = False
+        self.stirred = self.blending = False
 
     def change(
         self,
@@ -104,6 +105,7 @@ class Gate:
         if self._kept is not None:
             rows.lower[:], rows.upper[:] = self._kept
         moving, out = (u > 0.0) & (u < 1.0), u >= 1.0
+        self.blending = bool((u != np.where(self._wanted, 0.0, 1.0)).any())
         if moving.any():
             if self._reach is None:
                 self._reach = reach_of(rows)

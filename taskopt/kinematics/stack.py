@@ -184,7 +184,8 @@ class Plan:
         self._begun = self.configuration.q.copy(), t
 
     def __reduce__(self) -> tuple[Callable[..., "Plan"], tuple[object, ...]]:
-        begun, changes = self._begun, self.changes.recall()
+        blending = any(gate.blending for gate in self._open_gates)
+        begun, changes = self._begun, self.changes.recall(blending=blending)
         kept = [part.recall() for part in (*self.tasks, *self.limits)]
         now = self.configuration.q.copy(), self._velocity.copy()
         return _copied, (self.stack, self.robot, self.dt, begun, changes, kept, now)
