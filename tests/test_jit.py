@@ -12,11 +12,13 @@ from pathlib import Path
 from types import FunctionType
 
 import numba
+import numpy as np
 import pytest
 
 import taskopt
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel
+from taskopt.jit.borrowed import borrowed
 from taskopt.jit.content import Reader
 from taskopt.jit.progress import Report
 from taskopt.jit.store import Store, users_folder
@@ -470,3 +472,21 @@ def test_a_kernel_keeps_name_and_docstring() -> None:
     compiled: Callable[[float], float] = kernel(documented)
     assert compiled.__doc__ == "Return x."
     assert compiled(2.0) == 2.0
+
+
+@kernel
+def _write_through_views(matrix: np.ndarray) -> float:
+    """Write into a view of a borrowed array, and read the array."""
+    rows = borrowed(matrix)
+    rows[1][1:].reshape(1, -1)[0, 1] = 7.0
+    return float(rows.sum())
+
+
+def test_a_borrowed_array_is_the_same_memory_and_outlives_its_views():
+    """Views of it count no references, so a count that went wrong would free memory that Python holds."""
+    matrix = np.zeros((2, 3))
+    before = sys.getrefcount(matrix)
+    for _ in range(1000):
+        assert _write_through_views(matrix) == 7.0
+    assert sys.getrefcount(matrix) == before
+    np.testing.assert_array_equal(matrix, [[0, 0, 0], [0, 0, 7]])

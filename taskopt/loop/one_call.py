@@ -11,6 +11,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
+from taskopt.jit.borrowed import borrowed
 from taskopt.kinematics.plan import Fill, problem_in
 from taskopt.kinematics.stack import Plan
 from taskopt.resolver.active_set.resolver import ActiveSet, resolution_of
@@ -139,6 +140,9 @@ def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     @kernel_apart
     def fill_and_tick(program, numbers, q, jacobians, placements, history, state, answer):
         """Fill the rows, then resolve them."""
+        program, numbers, q = borrowed(program), borrowed(numbers), borrowed(q)
+        jacobians, placements = borrowed(jacobians), borrowed(placements)
+        history, state, answer = borrowed(history), borrowed(state), borrowed(answer)
         if fill(program, numbers, q, jacobians, placements):
             return FLAWED, 0
         buffer, norm, offsets, columns = problem_in(program, numbers)

@@ -16,6 +16,7 @@ from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.tolerances import PROVEN
 from taskopt.hierarchy.view import Answer, Rows, view_answer, view_rows
 from taskopt.jit import kernel, kernel_apart
+from taskopt.jit.borrowed import borrowed
 from taskopt.resolver.active_set.fast_path import fast_path
 from taskopt.resolver.active_set.linalg import copy_into
 from taskopt.resolver.active_set.search import search
@@ -61,6 +62,8 @@ def tick_fast(
     Returns:
         The `Outcome` and 0 factorisations. If the outcome is FAST_PATH_REFUSED, `history` is unchanged.
     """
+    buffer, norm, offsets, columns = borrowed(buffer), borrowed(norm), borrowed(offsets), borrowed(columns)
+    history, state, answer = borrowed(history), borrowed(state), borrowed(answer)
     problem = view_rows(buffer, norm.size, norm, offsets, columns)
     found = view_answer(answer, norm.size, offsets[-1], offsets.size - 2)
     _recall(history, state)
@@ -94,6 +97,8 @@ def tick(
     Returns:
         The `Outcome` as a plain integer, and the number of factorisations: 0 if the fast path was accepted.
     """
+    buffer, norm, offsets, columns = borrowed(buffer), borrowed(norm), borrowed(offsets), borrowed(columns)
+    history, state, answer = borrowed(history), borrowed(state), borrowed(answer)
     problem = view_rows(buffer, norm.size, norm, offsets, columns)
     found = view_answer(answer, norm.size, offsets[-1], offsets.size - 2)
     x, multipliers, residuals = found.x, found.multipliers, found.residuals
