@@ -67,7 +67,7 @@ def test_a_copied_robot_is_the_same_robot(name: str, how: str) -> None:
         of.frames,
         of.couplings,
     )
-    for field in ("position_lower", "position_upper", "velocity_limit", "neutral"):
+    for field in ("position_lower", "position_upper", "velocity_limit", "acceleration_limit", "neutral"):
         np.testing.assert_array_equal(getattr(twin, field), getattr(of, field))
     q = generic_q(of, 4)
     for frame in of.frames[-2:]:

@@ -48,21 +48,23 @@ class JointAccelerationLimit(Limit):
 
     Args:
         acceleration: a [rad/s², m/s²]: one number, one for each velocity (nv,), or a mapping from joint to
-            number (inf elsewhere). More allows quicker changes of velocity, and braking closer to the limits.
+            number, where joints that it does not name keep the robot's own limit. Default: the robot's own
+            limits, which `Robot.with_limits` sets, since no URDF or MJCF file states any. More allows quicker
+            changes of velocity, and braking closer to the limits.
         velocity: v_max [rad/s, m/s], given in the same ways. Default: the robot's own. More allows faster
             motion.
         name: Name in explanations, logs and plots. A bound has this name if the acceleration sets it;
             "(position)" or "(velocity)" is appended if the range or v_max does.
 
     Raises:
-        InvalidValue: When the limit is bound to a robot: an acceleration is not positive, or a number is out
-            of its range.
+        InvalidValue: When the limit is bound to a robot: an acceleration is not positive, a number is out of
+            its range, or no acceleration is given and the robot has no limit of its own.
 
     Source:
         See the module.
     """
 
-    acceleration: ArrayLike | Mapping[str, float]
+    acceleration: ArrayLike | Mapping[str, float] | None = None
     velocity: ArrayLike | Mapping[str, float] | None = None
     name: str = "joint_acceleration"
 
@@ -70,11 +72,17 @@ class JointAccelerationLimit(Limit):
         """Return the bounds for a robot; see `Limit.bind`.
 
         Raises:
-            InvalidValue: An acceleration is not positive, or a number of `velocity` is negative or NaN.
+            InvalidValue: An acceleration is not positive, a number of `velocity` is negative or NaN, or no
+                acceleration is given and the robot has none.
             UnknownName: A mapping names a joint that the robot does not have.
         """
-        none = np.full(robot.nv, np.inf)
-        acceleration = each_velocity("acceleration", self.acceleration, robot, none)
+        own = robot.acceleration_limit
+        if self.acceleration is None and np.isinf(own).all():
+            raise InvalidValue(
+                f"{robot.name} has no acceleration limits, since no URDF or MJCF file states any; write "
+                f"{type(self).__name__}(acceleration=…), or robot.with_limits(acceleration={{joint: …}})"
+            )
+        acceleration = each_velocity("acceleration", self.acceleration, robot, own)
         if (acceleration <= 0.0).any():
             raise InvalidValue(f"acceleration must be > 0, got {acceleration.min():g}")
         velocity = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)

@@ -23,12 +23,14 @@ class TighterLimits:
     Attributes:
         position: q_min and q_max of joints [rad, m], by name.
         velocity: v_max of joints [rad/s, m/s], by name.
+        acceleration: a_max of joints [rad/s², m/s²], by name.
         margin: Amount by which both ends of the ranges move inwards [rad, m], for all joints or by name of
             joint.
     """
 
     position: Mapping[str, tuple[float, float]]
     velocity: Mapping[str, float]
+    acceleration: Mapping[str, float]
     margin: float | Mapping[str, float]
 
 
@@ -59,7 +61,7 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
         limits: The new limits.
 
     Returns:
-        Parts whose tree has the limits; postures are moved into the ranges.
+        Parts with the limits; postures are moved into the ranges.
 
     Raises:
         UnknownName: There is no joint of that name.
@@ -80,14 +82,18 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
     for name, fastest in limits.velocity.items():
         joint = _joint(model, name, single=False)
         columns = slice(joint.idx_v, joint.idx_v + joint.nv)
-        if not 0.0 < fastest <= present[columns].min():
-            raise InvalidValue(
-                f"the velocity limit of {name} must be > 0 and at most {present[columns].min():g}, the "
-                f"present one, got {fastest:g}; for a wider one make a Robot of a changed pin.Model"
-            )
+        way_out = "for a wider one make a Robot of a changed pin.Model"
+        _require_tighter(f"velocity limit of {name}", fastest, float(present[columns].min()), way_out)
         model.upperVelocityLimit[columns] = fastest
         model.lowerVelocityLimit[columns] = -fastest
-    return replace(parts, model=model, postures={k: _inside(model, q) for k, q in parts.postures.items()})
+    acceleration = dict(parts.acceleration)
+    for name, most in limits.acceleration.items():
+        _joint(model, name, single=False)
+        before, way_out = acceleration.get(name, np.inf), "a wider one is given to the original robot"
+        _require_tighter(f"acceleration limit of {name}", most, before, way_out)
+        acceleration[name] = float(most)
+    postures = {name: _inside(model, q) for name, q in parts.postures.items()}
+    return replace(parts, model=model, postures=postures, acceleration=acceleration)
 
 
 def without_collision(parts: Parts, pairs: frozenset[frozenset[str]]) -> Parts:
@@ -150,6 +156,13 @@ def _narrow(model: Model, joint: JointModel, name: str, lower: float, upper: flo
             f"got {lower:g} to {upper:g}; for a wider one make a Robot of a changed pin.Model"
         )
     model.lowerPositionLimit[place], model.upperPositionLimit[place] = lower, upper
+
+
+def _require_tighter(what: str, limit: float, present: float, way_out: str) -> None:
+    """Raise `InvalidValue` unless a limit is > 0 and at most the present one."""
+    if not 0.0 < limit <= present:
+        most = f"at most {present:g}, the present one" if np.isfinite(present) else "a number"
+        raise InvalidValue(f"the {what} must be > 0 and {most}, got {limit:g}; {way_out}")
 
 
 def _inside(model: Model, q: Array) -> Array:

@@ -34,7 +34,8 @@ Compiled = TypeAliasType("Compiled", Any)
 """`mujoco.MjModel`: a compiled MJCF file."""
 
 _NO_SPEED = (
-    "an MJCF file states no velocity limits, so the robot has none; JointVelocityLimit(velocity=…) sets them"
+    "an MJCF file states no velocity limits and no acceleration limits, so the robot has none; "
+    "robot.with_limits(velocity={joint: …}, acceleration={joint: …}) sets them"
 )
 
 

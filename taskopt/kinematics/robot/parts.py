@@ -61,6 +61,7 @@ class Parts:
         postures: Mapping from name to posture (nq,) [rad, m].
         couplings: Couplings of joints; their leaders follow no joint.
         dropped: One sentence for each statement of the file that the robot cannot represent.
+        acceleration: Largest acceleration of joints that have a limit [rad/s², m/s²], by name.
     """
 
     model: Model
@@ -70,6 +71,7 @@ class Parts:
     postures: Mapping[str, Array] = field(default_factory=dict)
     couplings: tuple[Coupling, ...] = ()
     dropped: tuple[str, ...] = ()
+    acceleration: Mapping[str, float] = field(default_factory=dict)
 
     def locked(self, ids: Sequence[int], q: Array) -> "Parts":
         """Make the parts of a robot in which some joints are fixed.
@@ -97,6 +99,7 @@ class Parts:
             {name: self._kept(posture, fixed) for name, posture in self.postures.items()},
             tuple(coupling for coupling in self.couplings if coupling.leader not in names),
             self.dropped,
+            {name: most for name, most in self.acceleration.items() if name not in names},
         )
 
     def with_still_axes(self, names: Mapping[str, Sequence[str]]) -> "Parts":

@@ -50,6 +50,8 @@ class Robot:
         position_lower: (nv,) [rad, m], −inf where there is no limit.
         position_upper: (nv,) [rad, m], +inf where there is no limit.
         velocity_limit: (nv,) [rad/s, m/s], +inf where there is no limit.
+        acceleration_limit: (nv,) [rad/s², m/s²], +inf where there is no limit. No file and no `pin.Model`
+            states any; `with_limits` sets them.
         couplings: Couplings of joints, such as mimic joints; a stack keeps them as hard rows.
         dropped: One sentence for each statement of the robot's file that the robot cannot represent.
         neutral: (nq,) Pinocchio's neutral configuration, in which coupled joints follow their leaders.
@@ -99,6 +101,7 @@ class Robot:
         self.position_lower = table.position_lower
         self.position_upper = table.position_upper
         self.velocity_limit = table.velocity_limit
+        self._acceleration: Mapping[str, float] = {}
         self._unit_norm = table.unit_norm
         self._read = numbers_of(model)
         self._known_frames: tuple[int, dict[str, int]] = 0, {}
@@ -265,7 +268,7 @@ class Robot:
         Raises:
             InvalidValue: The tree has wrong limits or mimic joints, or a posture does not fit it.
         """
-        return Robot(
+        robot = Robot(
             parts.model,
             parts.geometry,
             parts.visual,
@@ -274,6 +277,8 @@ class Robot:
             couplings=parts.couplings,
             dropped=parts.dropped,
         )
+        robot._acceleration = parts.acceleration
+        return robot
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, nq={self.nq}, nv={self.nv})"
@@ -318,6 +323,14 @@ class Robot:
     def frames(self) -> tuple[str, ...]:
         """Names of all frames except the world."""
         return tuple(self._frame_ids)
+
+    @cached_property
+    def acceleration_limit(self) -> Array:
+        """Largest acceleration of each velocity, (nv,) [rad/s², m/s²]; +inf where there is no limit."""
+        out = np.full(self.nv, np.inf)
+        for joint, most in self._acceleration.items():
+            out[self.velocity_index(joint)] = most
+        return _frozen(out)
 
     @cached_property
     def column_joint(self) -> IntArray:
@@ -434,7 +447,14 @@ class Robot:
         """The parts of the robot, of which `from_parts` makes an equal robot."""
         postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
         return Parts(
-            self.model, self._geometry, self._visual, self.name, postures, self.couplings, self.dropped
+            self.model,
+            self._geometry,
+            self._visual,
+            self.name,
+            postures,
+            self.couplings,
+            self.dropped,
+            self._acceleration,
         )
 
     def __reduce__(self) -> tuple[Callable[[Parts], "Robot"], tuple[Parts]]:
@@ -469,8 +489,10 @@ class Robot:
 
     def with_limits(
         self,
+        *,
         position: Mapping[str, tuple[float, float]] | None = None,
         velocity: Mapping[str, float] | None = None,
+        acceleration: Mapping[str, float] | None = None,
         margin: float | Mapping[str, float] = 0.0,
     ) -> "Robot":
         """Make a robot with tighter limits.
@@ -478,6 +500,8 @@ class Robot:
         Args:
             position: New q_min and q_max of joints [rad, m], by name; each lies inside the present range.
             velocity: New v_max of joints [rad/s, m/s], by name; each is at most the present one.
+            acceleration: New a_max of joints [rad/s², m/s²], by name; each is at most the present one. They
+                are what `JointAccelerationLimit()` keeps.
             margin: Amount by which both ends of the ranges move inwards [rad, m], for all joints or by name
                 of joint.
 
@@ -489,9 +513,8 @@ class Robot:
             InvalidValue: A limit is wider than the present one, no range is left, or the joint has no single
                 coordinate that could have a limit.
         """
-        return Robot.from_parts(
-            with_limits(self.parts, TighterLimits(position or {}, velocity or {}, margin))
-        )
+        limits = TighterLimits(position or {}, velocity or {}, acceleration or {}, margin)
+        return Robot.from_parts(with_limits(self.parts, limits))
 
     def without_collision(self, *links: str | tuple[str, str]) -> "Robot":
         """Make a robot in which pairs of links are not checked for collision with each other.

@@ -156,6 +156,29 @@ def test_a_bound_says_whether_acceleration_position_or_speed_sets_it():
 
 
 @pytest.mark.parametrize(
+    ("given", "want"),
+    [
+        (None, [7.5, np.inf, 2.0]),
+        ({"joint2": 3.0}, [7.5, 3.0, 2.0]),
+        (5.0, [5.0, 5.0, 5.0]),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
+    ],
+)
+def test_accelerations_are_the_robots_or_those_given(given, want):
+    """From rest, the first bounds are ± a Δt, with the robot's own a where none is given."""
+    of = planar_arm().with_limits(acceleration={"joint1": 7.5, "joint3": 2.0})
+    bounds = np.repeat([[-np.inf], [np.inf], [0.0], [0.0]], of.nv, axis=1)
+    JointAccelerationLimit(given).bind(of, 1e-2).narrow(Configuration(of, np.zeros(of.nv)), bounds, 1)
+    np.testing.assert_allclose(bounds[:2], np.outer([-1e-2, 1e-2], want))
+
+
+def test_a_robot_without_acceleration_limits_needs_an_acceleration():
+    """The error says why there is none, and both ways to give one."""
+    with pytest.raises(InvalidValue, match=r"no acceleration limits, since.*acceleration=….*with_limits"):
+        JointAccelerationLimit().bind(planar_arm(), 1e-2)
+
+
+@pytest.mark.parametrize(
     ("acceleration", "error"),
     [
         (0.0, InvalidValue),

@@ -1,5 +1,9 @@
 """Robots with one more frame, or with tighter limits."""
 
+import copy
+import pickle
+from collections.abc import Callable
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -47,7 +51,9 @@ def test_a_position_leaves_the_axes_of_the_parent() -> None:
 def test_limits_become_tighter_and_nothing_else_changes() -> None:
     """Ranges, speeds and margins hold where they were named; the original robot keeps its own."""
     of = robot("panda")
-    tight = of.with_limits({"panda_joint2": (-0.5, 0.25)}, {"panda_joint3": 1.5}, {"panda_joint1": 0.4})
+    tight = of.with_limits(
+        position={"panda_joint2": (-0.5, 0.25)}, velocity={"panda_joint3": 1.5}, margin={"panda_joint1": 0.4}
+    )
     np.testing.assert_allclose(
         tight.position_lower[:3], [of.position_lower[0] + 0.4, -0.5, of.position_lower[2]]
     )
@@ -70,6 +76,8 @@ def test_limits_become_tighter_and_nothing_else_changes() -> None:
         ({"position": {"panda_joint1": (1.0, -1.0)}}, "panda_joint1 must lie inside"),
         ({"velocity": {"panda_joint1": 9.0}}, "at most 2.175"),
         ({"velocity": {"panda_joint1": 0.0}}, "must be > 0"),
+        ({"acceleration": {"panda_joint1": 0.0}}, "panda_joint1 must be > 0 and a number"),
+        ({"acceleration": {"panda_joint1": float("nan")}}, "acceleration limit of panda_joint1 must be > 0"),
         ({"margin": 3.0}, "panda_joint1 must lie inside"),
         ({"margin": {"panda_joint1": -0.1}}, "margin of panda_joint1 must be ≥ 0"),
         ({"margin": {"panda_joint1": float("nan")}}, "margin of panda_joint1 must be ≥ 0"),
@@ -87,7 +95,7 @@ def test_unknown_names_and_false_poses_are_refused() -> None:
     with pytest.raises(UnknownName, match="elbow"):
         of.with_limits(velocity={"elbow": 1.0})
     with pytest.raises(InvalidValue, match="JointModelFreeFlyer with 7 coordinates"):
-        robot("talos_reduced").with_limits({"root_joint": (0.0, 1.0)})
+        robot("talos_reduced").with_limits(position={"root_joint": (0.0, 1.0)})
     with pytest.raises(UnknownName, match="panda_hand"):
         of.with_frame("tool", "panda_hnd", SHIFT)
     with pytest.raises(InvalidValue, match="already"):
@@ -129,3 +137,44 @@ def test_false_names_of_links_are_refused() -> None:
         robot("panda").without_collision(("panda_link55", "panda_link7"))
     with pytest.raises(InvalidValue, match="pairs of names"):
         robot("panda").without_collision(("panda_link5", "panda_link6", "panda_link7"))  # type: ignore[arg-type]
+
+
+ACCELERATIONS = {"panda_joint2": 7.5, "panda_joint7": 20.0}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda of: of,
+        lambda of: pickle.loads(pickle.dumps(of)),
+        copy.deepcopy,
+        lambda of: of.with_frame("tool", "panda_hand", SHIFT),
+        lambda of: of.without_collision("panda_link5"),
+        lambda of: of.with_limits(velocity={"panda_joint1": 1.0}),
+        lambda of: of.with_limits(acceleration={"panda_joint1": 9.0}),
+        lambda of: of.lock(("panda_joint1", "panda_joint3")),
+    ],
+)
+def test_acceleration_limits_stay_with_their_joints(change: Callable[[Robot], Robot]) -> None:
+    """Whatever is made of the robot, each joint has the limit that was named for it, and others have none."""
+    of = change(robot("panda").with_limits(acceleration=ACCELERATIONS))
+    for joint in set(of.joints) - {"panda_joint1"}:
+        limit = of.acceleration_limit[of.velocity_index(joint)]
+        np.testing.assert_array_equal(limit, ACCELERATIONS.get(joint, np.inf))
+    assert np.isposinf(robot("panda").acceleration_limit).all()
+    with pytest.raises(ValueError, match="read-only"):
+        of.acceleration_limit[0] = 1.0
+
+
+def test_a_joint_with_several_velocities_has_one_acceleration_limit_for_each() -> None:
+    """All six of a floating base; a limit can be tightened again, and not widened."""
+    of = robot("talos_reduced").with_limits(acceleration={"root_joint": 2.0})
+    np.testing.assert_array_equal(of.acceleration_limit[:6], 2.0)
+    assert np.isposinf(of.acceleration_limit[6:]).all()
+    np.testing.assert_array_equal(
+        of.with_limits(acceleration={"root_joint": 1.0}).acceleration_limit[:6], 1.0
+    )
+    with pytest.raises(InvalidValue, match="acceleration limit of root_joint must be > 0 and at most 2"):
+        of.with_limits(acceleration={"root_joint": 3.0})
+    with pytest.raises(UnknownName, match="root_joint"):
+        of.with_limits(acceleration={"root_joiny": 1.0})
