@@ -14,7 +14,7 @@ from numba.core import types
 from numba.core.base import BaseContext
 from numba.core.cgutils import get_null_value
 from numba.core.typing.templates import Signature
-from numba.extending import intrinsic, overload
+from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import make_array
 
 T = TypeVar("T")
@@ -34,27 +34,22 @@ def borrowed(array: T) -> T:
     return array
 
 
-@intrinsic
-def _without_owner(
-    _: object, array: types.Array
-) -> tuple[Signature, Callable[[BaseContext, IRBuilder, Signature, tuple[Value]], Value]]:
-    """Describe to Numba a function that returns its array with no owner of the memory."""
+@type_callable(borrowed)
+def _typed(_: object) -> Callable[[types.Array], types.Array]:
+    """Tell Numba that the type of a borrowed array is that of the array."""
 
-    def generate(context: BaseContext, builder: IRBuilder, _: Signature, arguments: tuple[Value]) -> Value:
-        """Copy pointer, shape and strides, and set the owner to null."""
-        view = make_array(array)(context, builder, arguments[0])
-        view.meminfo, view.parent = get_null_value(view.meminfo.type), get_null_value(view.parent.type)
-        return view._getvalue()
+    def type_of_borrowed(array: types.Array) -> types.Array:
+        """Return the type of the result."""
+        return array
 
-    return array(array), generate
+    return type_of_borrowed
 
 
-@overload(borrowed)
-def _compiled(array: types.Array) -> Callable[[types.Array], types.Array]:  # noqa: ARG001 (a name that Numba needs)
-    """Return the body of `borrowed` in compiled code."""
-
-    def body(array: types.Array) -> types.Array:
-        """Take the owner away."""
-        return _without_owner(array)  # pyright: ignore[reportCallIssue]
-
-    return body
+@lower_builtin(borrowed, types.Array)
+def _compiled(
+    context: BaseContext, builder: IRBuilder, signature: Signature, arguments: tuple[Value]
+) -> Value:
+    """Write the machine code: copy pointer, shape and strides, and set the owner of the memory to null."""
+    view = make_array(signature.args[0])(context, builder, arguments[0])
+    view.meminfo, view.parent = get_null_value(view.meminfo.type), get_null_value(view.parent.type)
+    return view._getvalue()
