@@ -30,6 +30,7 @@ from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.pairs import SolidPair, random_posture
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.engine import GeometryModel
 from taskopt.kinematics.geometry.coal import solid
 from taskopt.kinematics.robot.named import robot_names
 
@@ -52,16 +53,26 @@ def search(robot: Robot, pairs: Sequence[SolidPair], sign: float, rng: np.random
     distances = Distances(Collision.of_itself(robot, pairs))
     names = distances.collision.names
     best, start = np.full(len(pairs), np.inf), [robot.neutral] * len(pairs)
+    at = Configuration(robot, robot.neutral)
     for q in (*robot.postures.values(), *(random_posture(robot, rng) for _ in range(SAMPLES))):
-        distances.update(Configuration(robot, q))
+        at.update(q)
+        distances.update(at)
         for pair in np.flatnonzero(sign * distances.distance < best):
             best[pair], start[pair] = sign * distances.distance[pair], q
     for pair in range(len(pairs)):
         if sign > 0 and best[pair] < 0.0:
             continue  # it overlaps already
-        alone = Distances(Collision(robot, [names[pair]], pin.GeometryModel(solids), [pairs[pair]]))
+        alone = one_pair(robot, solids, names[pair], pairs[pair])
         best[pair] = min(best[pair], descend(robot, alone, start[pair], sign))
     return Found(names, np.asarray(sign * best))
+
+
+def one_pair(robot: Robot, solids: GeometryModel, name: str, pair: SolidPair) -> Distances:
+    """Return the distance of one pair, among no other shapes, since each update places all shapes."""
+    two = pin.GeometryModel()
+    for place in pair:
+        two.addGeometryObject(solids.geometryObjects[place])
+    return Distances(Collision(robot, [name], two, [(0, 1)]))
 
 
 def descend(robot: Robot, distances: Distances, q: Array, sign: float) -> float:
@@ -81,7 +92,7 @@ def descend(robot: Robot, distances: Distances, q: Array, sign: float) -> float:
             length *= 0.5
         moved = robot.integrate(q, np.asarray(-sign * length * slope), 1.0)
         moved[places] = np.clip(moved[places], lower, upper)
-        at = Configuration(robot, moved)
+        at.update(moved)
         if least < 0.0 and sign > 0:
             break
     return least
