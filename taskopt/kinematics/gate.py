@@ -39,7 +39,9 @@ class Gate:
         self.enabled = True
         self.chosen: BoolArray = np.ones(m, dtype=bool)
         self.weighted: BoolArray = np.ones(m, dtype=bool)
-        self._wanted = self.chosen & self.weighted
+        self._none: BoolArray = np.zeros(m, dtype=bool)
+        self._selected = self._wanted = self.chosen & self.weighted
+        self._weighs_all = self._selects_all = True
         self._from, self._begin, self._blend = np.zeros(m), 0.0, 0.0
         self._reach: float | None = None
         self.stirred = self.blending = False
@@ -65,9 +67,13 @@ class Gate:
         if over > 0.0:
             self._from = self.openness(t)
         self.enabled = self.enabled if enabled is None else enabled
-        self.chosen = self.chosen if chosen is None else chosen
-        self.weighted = self.weighted if weighted is None else weighted
-        self._wanted = self.chosen & self.weighted & self.enabled
+        if weighted is not None:
+            self.weighted, self._weighs_all = weighted, False not in weighted.tolist()
+        if chosen is not None or weighted is not None:
+            self.chosen = self.chosen if chosen is None else chosen
+            self._selected = self.chosen if self._weighs_all else self.chosen & self.weighted
+            self._selects_all = False not in self._selected.tolist()  # of few rows, faster than all()
+        self._wanted = self._selected if self.enabled else self._none
         self._begin, self._blend, self._reach, self.stirred = t, over, None, True
 
     def openness(self, t: float) -> Array:
@@ -93,7 +99,8 @@ class Gate:
         Returns:
             True if all rows are fully on.
         """
-        return bool(self._wanted.all()) and not self.openness(t).any()
+        wants_all = self.enabled and self._selects_all
+        return wants_all and (self._blend <= 0.0 or not self.openness(t).any())
 
     def apply(self, t: float) -> None:
         """Open the bounds of rows that are not fully on; call it after the task has filled its rows.
@@ -132,6 +139,8 @@ class Enabled:
         Raises:
             InvalidValue: The value is neither True nor False.
         """
+        if value is True or value is False:  # most often; the comparison below takes longer
+            return value
         if value not in (True, False):
             raise InvalidValue(f"{self._name} must be True or False, got {value!r}")
         return bool(value)
@@ -139,7 +148,7 @@ class Enabled:
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
         """Begin to switch the tasks on or off; see `Parameter.change`."""
         for gate in self._gates:
-            gate.change(t, over, enabled=bool(value))
+            gate.change(t, over, enabled=cast("bool", value))
         return None
 
     def read(self) -> bool:
@@ -189,19 +198,16 @@ class Weight:
     def __init__(self, task: BoundTask, gate: Gate) -> None:
         self._task, self._gate = task, gate
         self._numbers = Numbers(task.weight, task.each_weight, geometric=True)
+        self.checked = self._numbers.checked  # the method itself, since one more call would cost 0.1 µs
         self._none_is_zero = True
-
-    def checked(self, value: Setting, over: float) -> Array | float:
-        """Return a weight for each row, (m,), or one for all rows; see `Parameter.checked`.
-
-        Raises:
-            InvalidValue: A weight is negative or not finite, or the number of weights is wrong.
-        """
-        return self._numbers.checked(value, over)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:
         """Write the weights, at once or over a time; see `Parameter.change`."""
-        if isinstance(value, float) and value > 0.0 and self._none_is_zero:
+        if value.__class__ is float:
+            has_zero = value == 0.0
+        else:
+            has_zero = 0.0 in cast("Array", value).tolist()
+        if self._none_is_zero and not has_zero:
             return self._numbers.change(value, t, over)
         each = np.broadcast_to(cast("Array", value), self._task.weight.shape)
         positive = each > 0.0

@@ -320,8 +320,10 @@ class Plan:
         """
         self.altered = False  # first, so that what another thread sets from here on is not lost
         self.changes.apply(t)
-        if not all(part.fixed_target for part in self._still):
-            self._sort_targets()
+        for part in self._still:
+            if not part.fixed_target:
+                self._sort_targets()
+                break
         for gate in self._gates.values():
             if gate.stirred:
                 gate.stirred = False

@@ -71,19 +71,18 @@ class BoundJointPosition(BoundLimit):
         limited = np.isfinite(robot.position_lower) | np.isfinite(robot.position_upper)
         columns = np.flatnonzero(limited & (robot.position_index >= 0))
         self._columns = columns
-        self._range = np.column_stack([robot.position_lower[columns], robot.position_upper[columns]])
-        self._inward = np.tile([1.0, -1.0], (columns.size, 1))
-        self._least_room = 0.5 * float((self._range[:, 1] - self._range[:, 0]).min(initial=np.inf))
-        self._margin = np.broadcast_to(self._each_margin(margin), (columns.size, 1)).copy()
+        lower, upper = robot.position_lower[columns], robot.position_upper[columns]
+        self._least_room = 0.5 * float((upper - lower).min(initial=np.inf))
         self.kernel = narrow_by_position
         self.parameters = np.column_stack([columns, robot.position_index[columns]]).ravel()
-        self.use(np.empty(1 + 2 * columns.size))
+        of_joint = np.column_stack([lower, upper, np.zeros(columns.size)])
+        self.use(np.concatenate([[0.0], of_joint.ravel()]))
+        self._margin[:] = self._each_margin(margin)
         self.retime(dt)
-        self._write_margin()
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
-        self.memory, self._limits = memory, memory[1:].reshape(-1, 2)
+        self.memory, self._margin = memory, memory[1:].reshape(-1, 3)[:, 2]
 
     def retime(self, dt: float) -> None:
         """Change Δt [s]; see `Part.retime`."""
@@ -94,7 +93,7 @@ class BoundJointPosition(BoundLimit):
         """Return gain and margin; see `Part.adjustable`."""
         return {
             "gain": Numbers(self._gain, self._one_gain, self._write_gain),
-            "margin": Numbers(self._margin, self._each_margin, self._write_margin),
+            "margin": Numbers(self._margin, self._each_margin),
         }
 
     def _one_gain(self, gain: ArrayLike) -> float:
@@ -102,7 +101,7 @@ class BoundJointPosition(BoundLimit):
         return one_number(f"gain of '{self.name}'", gain, 0.0, 1.0)
 
     def _each_margin(self, margin: ArrayLike | Mapping[str, float]) -> Array | float:
-        """Return a checked margin for each joint that has a limit, (k, 1), or one number for all."""
+        """Return a checked margin for each joint that has a limit, (k,), or one number for all."""
         robot = self._robot
         if isinstance(margin, float) and 0.0 <= margin <= self._least_room:  # ten times as fast
             return margin
@@ -114,16 +113,11 @@ class BoundJointPosition(BoundLimit):
                 f"margin {each[j]:g} {unit} of '{self.name}' leaves {robot.velocity_names[j]} no range; it "
                 f"must be ≤ {room[j]:g} {unit}"
             )
-        return each[self._columns, None]
+        return each[self._columns]
 
     def _write_gain(self) -> None:
         """Write κ/Δt for the kernel."""
         self.memory[0] = self._gain[0] / self._dt
-
-    def _write_margin(self) -> None:
-        """Write the limits inside the margins for the kernel."""
-        np.multiply(self._inward, self._margin, out=self._limits)
-        self._limits += self._range
 
 
 @kernel_apart
@@ -132,7 +126,7 @@ def narrow_by_position(parameters, memory, state, bounds, owner):
 
     Args:
         parameters: Flat array of integers: for each joint its column in v and its place in q.
-        memory: Flat array: κ/Δt [1/s], then for each joint q_min and q_max inside the margin [rad, m].
+        memory: Flat array: κ/Δt [1/s], then for each joint q_min, q_max and the margin [rad, m].
         state: The robot, see `RobotState`.
         bounds: (4, nv), see `BoundLimit.narrow`.
         owner: Number of the limit.
@@ -140,8 +134,9 @@ def narrow_by_position(parameters, memory, state, bounds, owner):
     rate = memory[0]
     for i in range(parameters.size // 2):
         q = state.q[parameters[2 * i + 1]]
-        lower = min(rate * (memory[2 * i + 1] - q), 0.0)
-        upper = max(rate * (memory[2 * i + 2] - q), 0.0)
+        margin = memory[3 * i + 3]
+        lower = min(rate * (memory[3 * i + 1] + margin - q), 0.0)
+        upper = max(rate * (memory[3 * i + 2] - margin - q), 0.0)
         narrow_one(bounds, parameters[2 * i], lower, upper, owner)
 
 

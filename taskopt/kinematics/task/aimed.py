@@ -78,11 +78,14 @@ class AimedTask(BoundTask):
         """
         if isinstance(target, np.ndarray):
             self.goal[...] = target
+            self._redirected = False
+            if self._course is _still:
+                return
             self._course = _still
         else:
             self._course = target.start(self._space, self.goal, t)
             self.fixed_target = isinstance(target, Hold)
-        self._redirected = not isinstance(target, np.ndarray | Hold)
+            self._redirected = not self.fixed_target
         self.aim(t)
 
     def adjustable(self) -> Mapping[str, Parameter]:
@@ -105,7 +108,7 @@ class _TargetParameter:
         goal, space = self._task.goal, self._task._space
         if isinstance(value, np.ndarray) and value.shape == goal.shape and over == 0.0:
             # Ten times as fast as `convert`. The plan names what is no pose or not finite at the next tick.
-            return value.astype(np.float64)
+            return value.copy() if value.dtype == np.float64 else value.astype(np.float64)
         if isinstance(value, Target):
             if over > 0.0:
                 raise InvalidValue(

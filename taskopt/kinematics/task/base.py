@@ -7,6 +7,7 @@ fills its rows in place on every tick. User-written tasks derive from `Task` and
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from typing import cast
 
 import numpy as np
 
@@ -46,6 +47,8 @@ class BoundTask(RowPart):
         actual: Pose (4, 4) that the frame has, as of the last `fill`, or None.
         dt: Time [s] from one tick to the next, as the plan says; a gain must stay below 2/Δt.
         box: Sides (2, 3) [m] of a box in the world to be drawn: lower, upper; or None.
+        pair: Number of rows of each of two parts, such as position and orientation, for which two weights may
+            be given; () for a task without parts.
         cone: Frame, unit axis in it (3,) and half angle [rad] of a cone to be drawn, or None.
     """
 
@@ -56,6 +59,7 @@ class BoundTask(RowPart):
     dt: float = 0.0
     box: Array | None = None
     cone: Cone | None = None
+    pair: tuple[int, ...] = ()
 
     def __init__(
         self,
@@ -82,7 +86,7 @@ class BoundTask(RowPart):
         """Convert a weight that was set at run time to one weight for each row in the plan.
 
         Args:
-            weight: One number, or one for each row (m,).
+            weight: One number, one for each row (m,), or one for each part of `pair`.
 
         Returns:
             (m,) new array, or one float for all rows.
@@ -90,9 +94,11 @@ class BoundTask(RowPart):
         Raises:
             InvalidValue: A weight is negative or not finite, or the number of weights is wrong.
         """
-        if isinstance(weight, float) and 0.0 < weight < np.inf:  # ten times as fast
-            return weight
-        return _each(f"weight of '{self.name}'", weight, len(self.row_names), ())
+        if weight.__class__ is float and 0.0 < cast("float", weight) < np.inf:  # ten times as fast
+            return cast("float", weight)
+        if _is_quick(weight, len(self.row_names), np.inf):
+            return cast("Array", weight).copy()
+        return _each(f"weight of '{self.name}'", weight, len(self.row_names), self.pair)
 
     def each_gain(self, gain: ArrayLike) -> Array | float:
         """Convert a gain that was set at run time to one gain for each row in the plan.
@@ -106,8 +112,11 @@ class BoundTask(RowPart):
         Raises:
             InvalidValue: A gain is negative, not finite or too large for Δt, or the number of gains is wrong.
         """
-        if isinstance(gain, float) and 0.0 <= gain < np.inf and gain * self.dt < 2.0:  # ten times as fast
-            return gain
+        most = 2.0 / self.dt if self.dt > 0.0 else np.inf
+        if gain.__class__ is float and 0.0 <= cast("float", gain) < most:  # ten times as fast
+            return cast("float", gain)
+        if _is_quick(gain, len(self.row_names), most):
+            return cast("Array", gain).copy()
         each = _each(f"gain of '{self.name}'", gain, len(self.row_names), ())
         if each.max() * self.dt >= 2.0:
             raise InvalidValue(
@@ -144,6 +153,16 @@ class BoundTask(RowPart):
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return the gain; see `Part.adjustable`. The plan adds "weight", "axes" and "enabled"."""
         return {"gain": Numbers(self.gain, self.each_gain)}
+
+
+def _is_quick(value: object, count: int, most: float) -> bool:
+    """Return True for an array of `count` floats in [0, most), which needs no conversion and no message."""
+    if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != (count,):
+        return False
+    for number in value.tolist():  # noqa: SIM110  few numbers, for which a loop is fastest
+        if not 0.0 <= number < most:
+            return False
+    return True
 
 
 class Task:

@@ -209,6 +209,7 @@ class BoundFrame(AimedTask):
         super().__init__(name, names, units, gain, weight)
         self.frame = self._frame = frame
         self._rows, self.kernel = rows, k.frame_rows
+        self.pair = int((rows < 3).sum()), int((rows >= 3).sum())
         self._masks: dict[str, BoolArray] = {}
 
     def attach(self, robot: Robot, target: Target, mode: int) -> None:
@@ -254,13 +255,6 @@ class BoundFrame(AimedTask):
             **super().adjustable(),
             "gain": Numbers(self.gain, self.each_gain, None if is_view else self._write_gain),
         }
-
-    def each_weight(self, weight: ArrayLike) -> Array | float:
-        """Return a weight for each row (m,), where a pair means one for position and one for orientation."""
-        if isinstance(weight, float):
-            return super().each_weight(weight)
-        pair = np.size(weight) == 2 and len(self._rows) != 2
-        return super().each_weight(np.repeat(weight, 3)[self._rows] if pair else weight)
 
     def rows_of_axes(self, axes: Setting) -> BoolArray:
         """Return one truth value for each row (m,) from letters, as in the declaration, or names of rows."""
