@@ -61,7 +61,11 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         if np.iscomplexobj(value):
             raise TypeError("complex")
         array = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
+    except OverflowError as error:
+        raise InvalidValue(
+            f"{name} must be numbers below 1.8e308, the largest float, got {shortened(value)}; inf means none"
+        ) from error
+    except (TypeError, ValueError) as error:
         raise InvalidValue(f"{name} must be numbers, got {shortened(value)}") from error
     fits = array.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, array.shape, strict=True)

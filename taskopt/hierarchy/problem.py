@@ -19,7 +19,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, bound, finite
 from taskopt.errors import Infeasible, InvalidValue
-from taskopt.hierarchy import io
+from taskopt.hierarchy import io, lexls_file
 from taskopt.hierarchy.intervals import signed_distance
 from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.tolerances import SYMMETRY
@@ -195,7 +195,10 @@ class Hierarchy:
 
     @staticmethod
     def load(path: str | Path) -> "Hierarchy":
-        """Read a hierarchy that `save` wrote; all numbers are the same to the last bit.
+        """Read a hierarchy that `save` wrote, with all numbers the same to the last bit, or a file of LexLS.
+
+        In a file of LexLS (see `taskopt.hierarchy.lexls_file`) a first objective of simple bounds is the box.
+        The others are the levels, and the norm is the identity.
 
         Args:
             path: The file.
@@ -205,8 +208,11 @@ class Hierarchy:
 
         Raises:
             MissingFile: There is no such file.
-            InvalidValue: `save` did not write it.
+            InvalidValue: `save` did not write it, and it is no file of LexLS.
         """
+        if Path(path).is_file() and lexls_file.is_lexls(Path(path)):
+            box, levels = lexls_file.read(Path(path))
+            return Hierarchy([Level(A, lower=low, upper=up) for A, low, up in levels], box=box)
         return Hierarchy.view(*io.read(Path(path)))
 
     @property

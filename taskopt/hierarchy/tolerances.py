@@ -544,11 +544,18 @@ Solvers measure residuals in their own scaling and stop at the first that is sma
 points cannot reach the tolerance and give up. Larger: raw answers miss the accuracy.
 """
 
-WEIGHTED_SOLVER_SHARE = 1e-2
-"""The same for the weighted problem, whose program is not scaled to unit size.
+OUT_OF_REACH = 1e3
+"""Bound over the expected size of x beyond which a program is first solved without it.
 
-Its change of variables makes x large where R is nearly singular, and limits hold to 1e-9 all the same.
-Smaller: interior points give up more often. Larger: limits are broken by more than 1e-9.
+The answer is checked against it, and it is put back where it is broken. Smaller: programs whose x is larger
+than expected are solved twice. Larger: interior points lose digits to bounds that nothing comes near.
+"""
+
+WEIGHTED_SOLVER_SHARE = 1e-4
+"""The same for the weighted problem, whose change of variables makes errors of x larger than those it solves.
+
+Smaller: interior points give up more often. Larger: raw answers of rows and weights within 10^±3 miss the
+accuracy, and limits are broken by more than 1e-9.
 """
 
 UNFINISHED_VIOLATION = 1e-7

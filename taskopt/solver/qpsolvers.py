@@ -33,7 +33,7 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     Args:
         name: Name of the solver in qpsolvers.
         qp: The program.
-        accuracy: Requested tolerance, at least 1e-10.
+        accuracy: Requested tolerance, at least 1e-13.
 
     Returns:
         The solution. qpsolvers does not distinguish infeasible programs from failures, so that the status is
@@ -44,7 +44,7 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     """
     package = _package()
     rows = one_sided(qp.C, qp.lower, qp.upper)
-    options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), max(accuracy, 1e-10))
+    options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), max(accuracy, 1e-13))
     found = _solved(package, _problem(package, qp, rows, name), name, options | _OPTIONS.get(name, {}))
     if found is None:
         x = np.full(qp.n, np.nan)

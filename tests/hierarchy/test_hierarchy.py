@@ -59,6 +59,7 @@ def test_the_cost_of_a_level_has_its_half_and_its_weight():
         (lambda: Hierarchy([Level([[1.0]], [0.0])], unknowns=("a", "b")), "1 names, each different"),
         (lambda: Hierarchy([Level(np.eye(2), [0, 0])], unknowns=("a", "a")), "2 names, each different"),
         (lambda: Level(np.array([[1j]]), [1.0]), "A must be numbers, got array"),
+        (lambda: Level([[10**400]], [1.0]), "A must be numbers below 1.8e308, the largest float, got"),
         (lambda: Hierarchy(Level([[1.0]], [0.0])), "sequence of levels, got Level"),  # type: ignore[arg-type]
         (lambda: Hierarchy(None), "sequence of levels, got NoneType"),  # type: ignore[arg-type]
         (lambda: Hierarchy([np.eye(2)]), r"a Level or a pair \(A, b\), got ndarray"),  # type: ignore[list-item]

@@ -1,5 +1,6 @@
 """Accuracy is asked for in q̇: what solvers are asked, and that their raw answers are the closed form."""
 
+from dataclasses import replace
 from functools import cache
 from itertools import product
 
@@ -29,6 +30,7 @@ from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver, resolver_names
 from taskopt.resolver.solver_accuracy import solve_to
 from taskopt.resolver.weighted import WeightedQP
+from taskopt.solver import registry
 from taskopt.solver.registry import Solver, solver, solvers
 from tests.helpers.spectrum import jacobian
 
@@ -213,29 +215,71 @@ def test_a_level_that_bounds_forbid_is_right_near_a_singularity_too(solver: str,
 
 def test_a_tighter_accuracy_asks_the_solver_for_less_residual() -> None:
     """Tolerance follows accuracy and λ_min(H), and sizes come out as they went in."""
-    asked = []
-
-    class Spy:
-        def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
-            asked.append((accuracy, np.abs(qp.g).max()))
-            return Solution(-qp.g / np.diag(qp.H), np.empty(0), np.zeros(qp.n), Status.SOLVED)
-
-    spy: Solver = Spy()  # type: ignore[assignment]
+    spy = Spy()
     for H, accuracy in ((1.0, 1e-8), (1.0, 1e-6), (0.01, 1e-6)):
-        qp = QuadraticProgram.checked(H * np.eye(2), [300.0, -40.0])
-        np.testing.assert_allclose(solve_to(spy, accuracy)(qp).x, [-300.0 / H, 40.0 / H], rtol=1e-15)
-    (first, size), (second, _), (third, _) = asked
-    assert size == 1.0
+        qp = QuadraticProgram.checked(H * np.eye(2), [300.0, -40.0], [[0.0, 10.0]], [7e5])
+        np.testing.assert_allclose(solve_to(spy, accuracy)(qp).x, [-300.0 / H, 7e4], rtol=1e-15)
+    first, second, third = spy.asked
     assert second == pytest.approx(100.0 * first)
     assert third == pytest.approx(0.01 * second)
+    for unit in spy.programs:
+        np.testing.assert_array_equal(unit.C, [[0.0, 1.0]])
+        np.testing.assert_allclose(unit.lower, 1.0)
+        assert not unit.g.any()
 
 
-def test_what_misses_the_accuracy_is_never_solved() -> None:
-    """HiGHS stops at 1e-7 and claims an optimum: for 1e-5 it is solved, for 1e-8 it is not, and says so."""
+def test_rounding_errors_are_no_scale() -> None:
+    """A gradient of 1e-17 beside bounds of size one leaves them of size one; it is no number to divide by."""
+    spy = Spy()
+    qp = QuadraticProgram.checked(np.eye(2), [1e-17, 0.0], box_lower=[-1.0, -2.0], box_upper=[1.0, 2.0])
+    solve_to(spy, 1e-8)(qp)
+    np.testing.assert_allclose(spy.programs[0].box_upper, [1.0, 2.0])
+
+
+@pytest.mark.parametrize("far", [1e6, 1e9, 1e19, np.inf])
+def test_a_bound_that_nothing_reaches_is_none(far: float) -> None:
+    """A solver never sees it; one that the first answer breaks is put back, so that the answer keeps it."""
+    spy = Spy()
+    solve_to(spy, 1e-8)(QuadraticProgram.checked(np.eye(2), [3.0, 0.0], box_lower=[2.0, -far]))
+    assert [list(unit.box_lower) for unit in spy.programs] == [[1.0, -np.inf]]
+
+
+def test_a_far_bound_that_the_answer_needs_is_put_back() -> None:
+    """x₁ + 1e-6 x₂ + 1e-7 x₃ ≥ 1 with x₁ ≤ 0 takes x₂ to 1e6 / 1.01, or, from x₂ = 5e5, x₃ to 5e6."""
+    engine, row = solve_to(solver("daqp"), 1e-8), [[1.0, 1e-6, 1e-7]]
+    for most, optimum in ((1e9, [0.0, 1e6 / 1.01, 1e5 / 1.01]), (5e5, [0.0, 5e5, 5e6])):
+        qp = QuadraticProgram.checked(
+            np.eye(3), np.zeros(3), row, [1.0], [np.inf], [-1e9] * 3, [0.0, most, 1e9]
+        )
+        np.testing.assert_allclose(engine(qp).x, optimum, rtol=1e-6, atol=1e-9)
+
+
+class Spy:
+    """A solver that keeps what it was given, and puts x at its lower bounds."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+        self.programs: list[QuadraticProgram] = []
+
+    def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
+        self.asked.append(accuracy)
+        self.programs.append(qp)
+        least = qp.lower[0] * qp.C[0] if len(qp.C) else np.maximum(qp.box_lower, 0.0)
+        return Solution(least, np.zeros(len(qp.C)), np.zeros(qp.n), Status.SOLVED)
+
+
+def test_what_misses_the_accuracy_is_never_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver is off by 1e-7 and claims an optimum: for 1e-5 it is solved, for 1e-8 not, and says so."""
+
+    def sloppy(qp: QuadraticProgram, accuracy: float) -> Solution:
+        found = solver("daqp")(qp, accuracy)
+        return replace(found, x=found.x + np.where(np.arange(qp.n) == 6, 1e-7, 0.0))
+
+    monkeypatch.setitem(registry._known, "sloppy", Solver("sloppy", "test", 1e-6, function=sloppy))
     J, v = jacobian(0), np.random.default_rng(0).normal(size=6)
-    far = np.full(7, 0.5 * np.abs(pseudo_inverse(J) @ v).max())
+    far = np.full(7, 5.0 * np.abs(pseudo_inverse(J) @ v).max())
     for accuracy, solved in ((1e-5, True), (1e-8, False)):
-        resolution, _ = HierarchicalQP("highs", accuracy)(Hierarchy([Level(J, v)], (-far, far)))
+        resolution, _ = HierarchicalQP("sloppy", accuracy)(Hierarchy([Level(J, v)], (-far, far)))
         assert resolution.claimed
         assert resolution.solved is solved
         assert ("Not accurate" in resolution.explain()) is not solved
