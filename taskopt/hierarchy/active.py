@@ -8,13 +8,16 @@ from taskopt.arrays import Array, Mask, StateArray
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER
 
+FIXED = "lower = upper"
+"""The side of a bound that leaves no room."""
+
 
 class Active(NamedTuple):
     """A bound in the final active set, with its multiplier at one level.
 
     Attributes:
         name: Name of the limit or task, and of the unknown or row, such as "velocity/joint4".
-        side: "lower" or "upper".
+        side: "lower" or "upper", or "lower = upper" for a bound that leaves no room.
         multiplier: The multiplier, positive at an upper bound and negative at a lower one. At the first level
             with a multiplier, moving the bound outwards lowers ½ Σ w d² of that level at the rate
             |multiplier| per unit of the bound.
@@ -50,6 +53,27 @@ def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tu
         name = problem.name_of(int(i), bool(state[i] > 0))
         side = "upper" if state[i] > 0 else "lower"
         found.append(Active(name, side, float(multipliers[level, i]), level + 1))
+    return tuple(found)
+
+
+def fixed_rows(problem: Hierarchy, multipliers: Array) -> tuple[Active, ...]:
+    """Return the hard bounds with lower = upper, which hold their unknown or row whatever the levels ask for.
+
+    Args:
+        problem: The hierarchy that was answered.
+        multipliers: Multipliers (levels + 1, n + M), those of the norm last.
+
+    Returns:
+        One entry for each of them, box first, then hard rows in order, with its multiplier at the first level
+        where it has one. An unknown whose two bounds come from different limits has the names of both.
+    """
+    stop = int(problem.layout.offsets[1])
+    lower, upper = problem.bounds(stop)
+    found = []
+    for i in np.flatnonzero(lower == upper):
+        level = int(np.argmax(_counted(multipliers[:, i])))
+        names = dict.fromkeys(problem.name_of(int(i), side) for side in (False, True))
+        found.append(Active(" and ".join(names), FIXED, float(multipliers[level, i]), level + 1))
     return tuple(found)
 
 

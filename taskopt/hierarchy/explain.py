@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.active import Active
+from taskopt.hierarchy.active import FIXED, Active
 from taskopt.hierarchy.certificate import Certificate
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.layout import Block
@@ -32,6 +32,7 @@ def explain(
     certificate: Certificate,
     active: Sequence[Active],
     review: Review | None,
+    fixed: Sequence[Active] = (),
 ) -> str:
     """Explain an answer in plain sentences, one on each line, in the units of the declared rows.
 
@@ -42,6 +43,7 @@ def explain(
         certificate: The proof.
         active: The limits and inequalities that are active.
         review: Accuracy, ranks and causes; None if the answer was not reviewed.
+        fixed: The hard bounds with lower = upper.
 
     Returns:
         The text.
@@ -54,9 +56,13 @@ def explain(
     if review is not None:
         lines[2:2] = _accuracy(review)
         lines += _closed_form(review)
-    if active:
-        held = [_held_back(row, problem.layout.level_count) for row in active]
+    if active or fixed:
+        held = [_held_back(row, problem.layout.level_count) for row in (*active, *fixed)]
         return "\n".join([*lines, "Held back by:", *held])
+    if status is not Status.FORMULA and not certificate.proves():
+        return "\n".join(
+            [*lines, "Whether a limit or an inequality holds it back is not known: it is not proven."]
+        )
     return "\n".join([*lines, "No limit and no inequality holds it back."])
 
 
@@ -135,8 +141,13 @@ def _broken_limits(problem: Hierarchy, x: Array) -> list[str]:
 
 def _held_back(active: Active, levels: int) -> str:
     """Return a sentence on a bound and the rate at which the level's cost falls as the bound gives way."""
-    if active.multiplier == 0.0:
-        return f"  {active}: met exactly, at no price."
     level = f"level {active.level}" if active.level <= levels else "the norm"
     price = f"{abs(active.multiplier):.3g}"
+    if active.side == FIXED:
+        moved = (
+            f"the cost of {level} would change by {price} per unit" if active.multiplier else "at no price"
+        )
+        return f"  {active}, so it cannot move: {moved}."
+    if active.multiplier == 0.0:
+        return f"  {active}: met exactly, at no price."
     return f"  {active}: the cost of {level} would fall by {price} per unit that it gave way."

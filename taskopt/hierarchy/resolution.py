@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
-from taskopt.hierarchy.active import Active, active_rows, level_multipliers
+from taskopt.hierarchy.active import Active, active_rows, fixed_rows, level_multipliers
 from taskopt.hierarchy.certificate import Certificate
 from taskopt.hierarchy.explain import explain
 from taskopt.hierarchy.intervals import signed_distance
@@ -171,6 +171,7 @@ class Resolution:
             self.certificate,
             self.active if finite else (),
             self.review if finite else None,
+            fixed_rows(self.problem, self.multipliers) if finite else (),
         )
         return "\n".join([*self.notes, text])
 

@@ -1,11 +1,16 @@
 """A resolution reads as plain sentences with names, numbers and units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.status import Status
+from taskopt.resolver.base import answered
 from taskopt.resolver.closed_form_resolvers import PseudoInverse
 from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.registry import resolve
 
 
 def stack(limit: float) -> Hierarchy:
@@ -31,6 +36,39 @@ def test_what_is_met_is_told() -> None:
     assert "Level 1, hand: met." in text
     assert "Level 2, posture: 1 of 2 rows not met, most of all row 0, by 2." in text
     assert "No limit and no inequality holds it back." in text
+
+
+@pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "wqp/daqp"])
+def test_a_bound_without_room_is_named(name: str) -> None:
+    """A joint whose bounds are equal, and a hard equality, are named; the negative sentence would be false."""
+    frozen = stack(0.0)
+    text = resolve(frozen, name).explain()
+    assert "box/elbow lower = upper, so it cannot move: the cost of level 1 would change by " in text
+    assert "No limit and no inequality" not in text
+    tied = Hierarchy([Level([[1.0, 0.0]], [2.0])], limits=Level([[1.0, 0.0]], [1.0], name="loop"))
+    text = resolve(tied, name).explain()
+    assert "loop/row 0 lower = upper" in text
+    assert "No limit and no inequality" not in text
+
+
+def test_both_limits_behind_a_frozen_joint_are_named() -> None:
+    """Position leaves no room below and velocity none above; a frozen joint that costs nothing says so."""
+    problem = stack(0.0)
+    layout = replace(problem.layout, owners=("position", "velocity"))
+    problem = Hierarchy.view(layout, problem.buffer, problem.norm)
+    problem.owner[1, 0] = 1.0
+    assert "position/elbow and velocity/elbow lower = upper" in resolve(problem).explain()
+    still = Hierarchy([Level([[1.0, 0.0]], [0.0])], box=([0.0, -1.0], [0.0, 1.0]))
+    assert "box/x0 lower = upper, so it cannot move: at no price." in resolve(still).explain()
+
+
+def test_nothing_negative_is_said_of_an_answer_that_is_not_proven() -> None:
+    """The answer of another hierarchy: which limits hold it back was never decided."""
+    found = resolve(stack(5.0))
+    wrong, _ = answered(found.problem, found.x + [0.1, 0.0], found.multipliers, found.state, Status.SOLVED)
+    text = wrong.explain()
+    assert "Whether a limit or an inequality holds it back is not known" in text
+    assert "No limit and no inequality" not in text
 
 
 def test_a_closed_form_admits_the_limits_it_breaks() -> None:

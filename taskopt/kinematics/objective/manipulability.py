@@ -22,8 +22,8 @@ class Manipulability(Objective):
 
     The gradient is ∂w/∂q_k = w tr(∂J/∂q_k Jᵀ (J Jᵀ)⁻¹). With the singular value decomposition J = Σ σ_i u_i
     v_iᵀ, the factor w Jᵀ (J Jᵀ)⁻¹ is Σ (Π_{j≠i} σ_j) v_i u_iᵀ, which stays finite where w = 0. At such a
-    singularity w has a kink like |x|; the gradient is then the slope on one side of the kink, so that
-    climbing leaves the singularity.
+    singularity w has a kink, like |x| for a square J and a cone like ‖x‖ otherwise; the gradient is then a
+    slope on one side, so that climbing leaves the singularity.
 
     Args:
         frame: Name of the frame.
