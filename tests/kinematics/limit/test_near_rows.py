@@ -256,3 +256,51 @@ def test_the_stack_stays_one_compiled_call():
         names |= {active.name for active in resolution.active}
         q = of.integrate(q, resolution.v, 5e-3)
     assert any(name.startswith("self_collision/panda_") and " – " in name for name in names)
+
+
+def by_pair(rows):
+    """Coefficients and lower bound of the row of each pair that has one, by its label."""
+    return {rows.label[i]: np.append(rows.A[i], rows.lower[i]) for i in np.flatnonzero(rows.label)}
+
+
+def same_after_another_period(of, forget=()):
+    """True if a limit whose Δt changes on its way has the rows and bounds of one that was bound with it."""
+    way = walk(of, np.random.default_rng(6), 60)
+    mine, theirs = (replace(BOTH, rows=6).bind(of, dt) for dt in (2e-3, 8e-3))
+    filled(mine, Configuration(of, next(way)))
+    old = {name: getattr(mine, name).copy() for name in forget}
+    mine.retime(8e-3)
+    for name, value in old.items():
+        getattr(mine, name)[:] = value
+    mine.distances.broad_phase.expect(mine.threshold)
+    count = 0
+    for q in way:
+        (rows, bounds), (others, their_bounds) = (filled(one, Configuration(of, q)) for one in (mine, theirs))
+        own, other = by_pair(rows), by_pair(others)
+        count += len(own)
+        if own.keys() != other.keys() or not np.allclose(bounds, their_bounds, rtol=0.0, atol=1e-12):
+            return False
+        if any(np.abs(own[label] - other[label]).max() > 1e-12 for label in own):
+            return False
+    assert count > 60
+    return True
+
+
+def test_another_period_gives_the_rows_of_a_limit_that_was_bound_with_it():
+    """Rows by pair, and bounds; a number of the old period that stays is seen."""
+    of = robot("panda")
+    assert same_after_another_period(of)
+    for name in ("known", "reserve", "threshold"):
+        assert not same_after_another_period(of, [name])
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_another_period_hides_no_pair(tells):
+    """Every pair below its new threshold is measured; not so if the broad phase keeps the old thresholds."""
+    of = robot("tiago")
+    bound = replace(BOTH, rows=8).bind(of, 1e-3)
+    filled(bound, Configuration(of, of.posture("middle")))
+    if not tells:
+        bound.distances.broad_phase.expect = lambda threshold: None
+    bound.retime(3e-3)
+    assert (hidden(bound, of, 20)[0] < 1e-6) == tells
