@@ -61,6 +61,59 @@ FIT_DONE = 1e-14
 Smaller: a least-squares problem of pure rounding is solved as well. Larger: signed rows lack a multiplier.
 """
 
+# --- Proof by an error bound: hierarchy/proof -----------------------------------------------------------
+
+UNIT_OF_PAIRS = 2.0**-103
+"""Relative error ε of one sum or product of double-double numbers, 8u² with u = 2⁻⁵³, derived in the docs.
+
+Smaller: enclosures would not be proven to contain the exact numbers. Larger: bounds on x grow with it.
+"""
+
+ROUNDED_UP = 1.0 + 2.0**-40
+"""Factor by which a radius is enlarged, since it is computed in rounded numbers itself.
+
+It covers sums of up to 4000 terms. Smaller: radii of long sums could be too small. Larger: bounds are wider.
+"""
+
+UNDERFLOW = 1e-300
+"""Error of a product of two doubles whose parts underflow; 1e-321 is proven.
+
+Smaller: nothing changes before 1e-321. Larger: tiny numbers are no longer known to be different from zero.
+"""
+
+SMALLEST_SCALED = 1e-100
+"""Least magnitude of a scaled number other than zero with which a problem is judged.
+
+Smaller: products of four such numbers underflow, and the exact error of a product is lost.
+"""
+
+LARGEST_SCALED = 1e100
+"""Largest magnitude of a scaled number with which a problem is judged.
+
+Larger: products of three such numbers overflow, and nothing is proven either.
+"""
+
+DEPENDENCE_TESTED = 1e-6
+"""Part of a row outside the span of others, relative to the row, below which integers decide if it depends.
+
+Smaller: a dependent row may pass as independent because of rounding, so that nothing is proven. Larger: more
+rows are tested, which takes time.
+"""
+
+LARGEST_DEFECT = 0.1
+"""Largest norm of I − X M with which an approximate inverse X of M counts as one.
+
+Smaller: matrices near singular ones are given up although their inverses could be enclosed. At 1 the
+enclosure is infinite.
+"""
+
+HINT_AT_BOUND = 1e-7
+"""Distance to a bound, relative to the row and its terms, below which an x suggests that it is active.
+
+It only chooses the active set that is tried first. Smaller: active bounds are missed for loose answers.
+Larger: inactive ones are tried.
+"""
+
 # --- Names and sentences: hierarchy/active, hierarchy/explain, hierarchy/alternation -------------------
 
 COUNTED_MULTIPLIER = 1e-9

@@ -2,6 +2,7 @@
 
     @kernel        merged into every kernel that calls it; for short functions
     @kernel_apart  compiled once and called by name; for long functions
+    @kernel_exact  as `kernel`, with every operation as written; for error-free arithmetic
 
 A kernel is compiled at its first call, or loaded if any process of the user has compiled the same content
 before (`store`). Its stamp is a digest of everything that can change the machine code: its own code, the
@@ -101,6 +102,21 @@ def kernel_apart(function: F) -> F:
     return _compiled(function, apart=True)
 
 
+def kernel_exact(function: F) -> F:
+    """Compile a function whose floating-point operations are neither reordered nor fused.
+
+    Error-free transformations, such as the exact error of a sum, vanish if a compiler simplifies them. All
+    functions that such a kernel calls must be compiled in the same way.
+
+    Args:
+        function: A function that Numba can compile.
+
+    Returns:
+        The kernel, called as the function is; the function itself where compilation is disabled.
+    """
+    return _compiled(function, apart=False, fast=False)
+
+
 def nanoseconds_preparing() -> int:
     """Return how long this process has been compiling kernels, or loading compiled ones.
 
@@ -112,11 +128,11 @@ def nanoseconds_preparing() -> int:
     return _preparing.nanoseconds
 
 
-def _compiled(function: F, *, apart: bool) -> F:
+def _compiled(function: F, *, apart: bool, fast: bool = True) -> F:
     """Return the kernel of a function, or the function itself where compilation is disabled."""
     if not COMPILED:
         return function
-    return cast("F", Kernel(function, apart=apart))
+    return cast("F", Kernel(function, apart=apart, fast=fast))
 
 
 class _Compiler(Compiler):
@@ -135,12 +151,14 @@ class Kernel(CPUDispatcher):
     Args:
         function: The Python function.
         apart: Whether callers call it by name instead of merging it.
+        fast: Whether sums may be reordered and products fused with sums.
     """
 
-    def __init__(self, function: Callable[..., object], *, apart: bool) -> None:
-        options = _OPTIONS | {"forceinline": not apart}
+    def __init__(self, function: Callable[..., object], *, apart: bool, fast: bool = True) -> None:
+        options = _OPTIONS | {"forceinline": not apart, "fastmath": _FAST if fast else False}
         super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
         self.apart = apart
+        self.fast = fast
         self._cache = _KernelCache(self)
         function.kernel = self  # type: ignore[attr-defined]
 
@@ -161,8 +179,11 @@ class Kernel(CPUDispatcher):
     @cached_property
     def stamp(self) -> str:
         """Digest of everything that decides the machine code, apart from the processor."""
-        parts = sorted(f"{reached.apart} {reached.content.text}" for reached in self._reachable())
-        text = "\n".join([_environment(), str(self.targetoptions["forceinline"]), self.content.text, *parts])
+        parts = sorted(
+            f"{reached.apart} {reached.fast} {reached.content.text}" for reached in self._reachable()
+        )
+        own = f"{self.targetoptions['forceinline']} {self.fast}"
+        text = "\n".join([_environment(), own, self.content.text, *parts])
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def _reachable(self) -> "list[Kernel]":

@@ -10,6 +10,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import judge
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry import Sphere
 from taskopt.kinematics.limit import (
@@ -47,7 +49,7 @@ _START = np.array([0.3, 0.4, 0.5, 0.4])  # [rad]
 
 
 def warm_up() -> None:
-    """Compile all kernels of tasks, limits, the active-set method and its certificate.
+    """Compile all kernels of tasks, limits, the active-set method, its certificate and the proof.
 
     Their machine code is kept in the folder that `taskopt.jit.store` defines, for every later process of the
     user. Progress is shown on stderr, unless everything is compiled already.
@@ -59,6 +61,7 @@ def warm_up() -> None:
             control.step(_START, 0.001)
     PoseSolver(_bare_arm(), {"tip": Configuration(_bare_arm(), _START).pose("tip")}).solve()
     Configuration(_bare_arm(), _START).hessian("tip")
+    judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):
         of_rotation(pose[:3, :3].copy())

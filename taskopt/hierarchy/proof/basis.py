@@ -1,0 +1,154 @@
+"""Choice of independent rows among those that are held, and the inverse of the matrix that they form."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taskopt.arrays import Array, Mask
+from taskopt.hierarchy.proof.enclosure import Enclosure
+from taskopt.hierarchy.proof.exact_span import ExactSpan
+from taskopt.hierarchy.proof.linear import inverse
+from taskopt.hierarchy.proof.scaled import Scaled
+from taskopt.hierarchy.tolerances import DEPENDENCE_TESTED, REGAINED
+
+
+@dataclass(eq=False)
+class Basis:
+    """Held rows: independent ones in the order of their levels, and those that depend on them.
+
+    Attributes:
+        rows: Independent rows.
+        ends: Number of independent rows of the hard level, of levels 0 and 1, 0 to 2, …, (levels + 1,).
+        dependent: For each level its rows that depend on the independent rows up to that level.
+        doubtful: Rows that are independent, but only by rounding.
+        contradictory: Hard rows that depend on others with another right-hand side.
+        tangled: Hard rows that take part in any dependence.
+        directions: Orthonormal directions of the independent rows in the metric of the norm, (r, n).
+    """
+
+    rows: list[int] = field(default_factory=list)
+    ends: list[int] = field(default_factory=list)
+    dependent: list[list[int]] = field(default_factory=list)
+    doubtful: list[int] = field(default_factory=list)
+    contradictory: list[int] = field(default_factory=list)
+    tangled: set[int] = field(default_factory=set)
+    directions: list[Array] = field(default_factory=list)
+
+
+def choose_basis(problem: Scaled, held: Mask, bound: Array, *, assume: bool) -> Basis:
+    """Choose independent rows level by level, those first that pull most.
+
+    Only the choice is made in rounded numbers. A row that nearly depends on the others is tested in integers.
+
+    Args:
+        problem: The problem.
+        held: True for rows that are held at a bound, (n + M,).
+        bound: The bound of each, (n + M,).
+        assume: True to take rows as dependent that are independent by rounding only.
+
+    Returns:
+        The basis.
+    """
+    return _Choice(problem, bound, assume).of(held)
+
+
+class _Choice:
+    """The state of one choice of independent rows."""
+
+    def __init__(self, problem: Scaled, bound: Array, assume: bool) -> None:
+        self.problem, self.bound, self.assume = problem, bound, assume
+        self.basis, self.rest = Basis(), problem.directions.copy()
+        self._span: ExactSpan | None = None
+
+    def of(self, held: Mask) -> Basis:
+        """Go through the levels in order."""
+        problem = self.problem
+        for k in range(problem.levels + 1):
+            waiting = np.flatnonzero(held & (problem.level == k) & ~problem.zero).tolist()
+            self.basis.dependent.append([])
+            while waiting:
+                i = self._next(waiting)
+                waiting.remove(i)
+                self._place(i, k)
+            self.basis.ends.append(len(self.basis.rows))
+        return self.basis
+
+    def _next(self, waiting: list[int]) -> int:
+        """Return the row that adds most: an equality of the hard rows first, nearly dependent rows last."""
+        problem, rows = self.problem, np.array(waiting)
+        rest = np.linalg.norm(self.rest[rows], axis=1)
+        score = rest**2 * problem.pull[rows]
+        first = (problem.level[rows] == 0) & problem.equality[rows]
+        order = np.lexsort((score, first, rest > DEPENDENCE_TESTED))
+        return int(rows[order[-1]])
+
+    def _place(self, i: int, k: int) -> None:
+        """Put a row among the independent or among the dependent ones."""
+        basis, rest = self.basis, float(np.linalg.norm(self.rest[i]))
+        full = len(basis.rows) == self.problem.n
+        if rest > DEPENDENCE_TESTED and not full:
+            self._take(i)
+        elif full and k > 0:
+            basis.dependent[k].append(i)
+        else:
+            self._test(i, k, rest)
+
+    def _test(self, i: int, k: int, rest: float) -> None:
+        """Decide the dependence of a row in integers."""
+        basis, problem = self.basis, self.problem
+        depends, agrees, others = self.span.dependence(i, problem.A[i], self.bound[i])
+        if not depends:
+            if rest <= REGAINED:
+                basis.doubtful.append(i)
+                if self.assume:
+                    basis.dependent[k].append(i)
+                    return
+            self._take(i)
+            return
+        basis.dependent[k].append(i)
+        if k == 0:
+            basis.tangled |= {i, *others}
+            if not agrees:
+                basis.contradictory.append(i)
+
+    @property
+    def span(self) -> ExactSpan:
+        """The exact span of the independent rows, made when it is first needed."""
+        if self._span is None:
+            self._span = ExactSpan()
+            for i in self.basis.rows:
+                self._span.add(i, self.problem.A[i], self.bound[i])
+        return self._span
+
+    def _take(self, i: int) -> None:
+        """Make a row independent, and subtract its direction from all others, twice against rounding."""
+        direction = self.rest[i].copy()
+        for _ in range(2):
+            for other in self.basis.directions:
+                direction -= (other @ direction) * other
+            length = float(np.linalg.norm(direction))
+            direction /= length if length > 0.0 else 1.0  # rounding may leave nothing of a doubtful row
+        if self._span is not None:
+            self._span.add(i, self.problem.A[i], self.bound[i])
+        self.basis.rows.append(i)
+        self.basis.directions.append(direction)
+        self.rest -= np.outer(self.rest @ direction, direction)
+
+
+def inverse_of(problem: Scaled, basis: Basis) -> Enclosure | None:
+    """Enclose the inverse of the independent rows, completed by directions that the norm keeps apart.
+
+    Args:
+        problem: The problem.
+        basis: The independent rows.
+
+    Returns:
+        V (n, n) with B V = (I, 0) for the independent rows B; None where rounding hides whether they are
+        independent.
+    """
+    r, n = len(basis.rows), problem.n
+    completion = np.zeros((0, n))
+    if r < n:
+        taken = np.array(basis.directions).reshape(r, n).T
+        completion = np.linalg.qr(taken, mode="complete")[0][:, r:].T @ problem.root.T
+    return inverse(np.vstack([problem.A[basis.rows], completion]))
