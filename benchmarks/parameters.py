@@ -28,11 +28,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from taskopt import Controller, JointPositionLimit, JointTask, PositionTask, Robot, Stack
+from taskopt import (
+    Controller,
+    JointPositionLimit,
+    JointTask,
+    Limit,
+    ObstacleLimit,
+    PositionTask,
+    Robot,
+    Sphere,
+    Stack,
+)
 
 DT = 1e-3  # [s]
+_RAISE = np.outer([0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0])  # added to a pose, moves it up
 FRAMES = ("panda_link3", "panda_link4", "panda_link5", "panda_link6", "panda_link7", "panda_hand")
-KINDS = ("weight", "gain", "gain of each row", "target", "axes", "margin", "enabled")
+KINDS = ("weight", "gain", "gain of each row", "target", "axes", "margin", "enabled", "obstacle pose")
 
 
 class Cost(NamedTuple):
@@ -52,14 +63,19 @@ class Loop:
 
     Args:
         count: Number of tasks, and of limits.
+        obstacles: Number of obstacles that move, whose distances make each tick longer.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, obstacles: int = 0) -> None:
         robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
         self.q = robot.posture("default")
         self.count = count
         tasks = [PositionTask(FRAMES[i % len(FRAMES)], name=f"point{i}") for i in range(count)]
-        limits = [JointPositionLimit(0.5, name=f"range{i}") for i in range(count)]
+        limits: list[Limit] = [JointPositionLimit(0.5, name=f"range{i}") for i in range(count)]
+        balls = [Sphere([1.0, 0.2 * i, 0.5], 0.05, name=f"ball{i}") for i in range(obstacles)]
+        if balls:
+            moving: dict[str | int, None] = {ball.name: None for ball in balls}
+            limits.append(ObstacleLimit(balls, links=["panda_hand"], moving=moving))
         self.control = Controller(robot, Stack([[*tasks, JointTask(weight=1e-3)]], limits), dt=DT)
         self.control.start(self.q)
         self.control.step(self.q, 0.0)
@@ -73,15 +89,18 @@ class Loop:
             if kind == "margin":
                 one[f"range{i}.margin"], two[f"range{i}.margin"] = 1e-3, 1.1e-3
                 continue
+            if kind == "obstacle pose":
+                pose = np.array(present[f"obstacle.ball{i}.pose"])
+                address = f"obstacle.ball{i}.pose"
+                one[address], two[address] = pose, pose + 1e-9 * _RAISE
+                continue
             address = f"point{i}.{kind.partition(' ')[0]}"
             goal = np.array(present[f"point{i}.target"])
-            raised = goal.copy()
-            raised[2, 3] += 1e-9
             one[address], two[address] = {
                 "weight": (1.0, 1.0 + 1e-9),
                 "gain": (1.0, 1.0 + 1e-9),
                 "gain of each row": (np.full(3, 1.0), np.full(3, 1.0 + 1e-9)),
-                "target": (goal, raised),
+                "target": (goal, goal + 1e-9 * _RAISE),
                 "axes": ("xyz", "xy"),
                 "enabled": (True, False),
             }[kind]
@@ -127,10 +146,11 @@ def table(count: int, rounds: int) -> Iterator[str]:
     yield "|---|--:|--:|--:|--:|--:|--:|"
     loop = Loop(count)
     for kind in KINDS:
+        loop = Loop(count, count) if kind == "obstacle pose" else loop
         one, many = (measured(loop, kind, n, rounds) for n in (1, count))
         each = Cost(*((b - a) / (count - 1) for a, b in zip(one, many, strict=True)))
         yield f"| {kind} | " + " | ".join(f"{number:.2f}" for number in (*one, *many, *each)) + " |"
-    yield f"\nA tick without a change takes {tick(loop, rounds):.1f} µs."
+    yield f"\nA tick without a change takes {tick(Loop(count), rounds):.1f} µs."
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from taskopt.arrays import positive
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
+from taskopt.kinematics.redirection import TargetParameter
 
 LEVEL = "level "  # how the addresses of whole levels begin
 
@@ -77,8 +78,8 @@ class Changes:
             blending: True if rows of a task are between on and off.
 
         Returns:
-            Values by address. Targets are left out, since the tasks remember them; "enabled" of a level is
-            left out, since that of each of its tasks is returned.
+            Values by address. Targets are left out, since tasks and limits remember them; "enabled" of a
+            level is left out, since that of each of its tasks is returned.
 
         Raises:
             InvalidValue: A change waits for the next tick, or is being blended.
@@ -88,9 +89,9 @@ class Changes:
                 "a loop cannot be copied while a change of a parameter waits or is being blended; step first"
             )
         return {
-            name: value
-            for name, value in self.read().items()
-            if not name.endswith(".target") and not name.startswith(LEVEL)
+            name: parameter.read()
+            for name, parameter in self.parameters.items()
+            if not isinstance(parameter, TargetParameter) and not name.startswith(LEVEL)
         }
 
     def read(self) -> dict[str, Setting]:

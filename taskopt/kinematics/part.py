@@ -166,14 +166,14 @@ class RowPart(Part):
         """
 
     def start(self, configuration: Configuration, t: float) -> None:
-        """Start the targets of a task from the present posture; the plan does not call this for limits.
+        """Start the targets of a task or a limit from the present posture.
 
         Args:
             configuration: Robot at the start posture.
             t: Time [s].
 
         Raises:
-            InvalidValue: A declared target does not fit the task.
+            InvalidValue: A declared target does not fit.
         """
 
     def aim(self, t: float) -> None:

@@ -122,6 +122,7 @@ class Plan:
         rate_tasks: The tasks that depend on the velocity of the last tick.
         distance_limits: The limits on distances, by name; each has the distances of the last `at`.
         obstacles: Shapes of all limits and tasks, by the names that appear in rows, pictures and logs.
+        moving: Poses (4, 4) [m] of the obstacles that move, by name, as of the last `at`.
         configuration: Robot at the posture of the last `at`.
         hierarchy: The hierarchy that `at` fills.
         layout: Names and sizes of the hierarchy.
@@ -148,6 +149,7 @@ class Plan:
         owners = chain.from_iterable(limit.owners for limit in boxes)
         named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
+        self.moving = {m.name: m.pose for limit in self.distance_limits.values() for m in limit.movers}
         self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)))
         self.stack, self._begun = stack, None
         self._velocity = np.zeros(robot.nv)
@@ -177,8 +179,9 @@ class Plan:
         """Start all targets from q."""
         self.robot.require_unchanged()
         self.configuration.update(self.robot.checked_q(q))
-        for task in self.tasks:
-            task.start(self.configuration, t)
+        for part in (*self.tasks, *self.limits):
+            if isinstance(part, RowPart):
+                part.start(self.configuration, t)
         for part in self._aimed:
             part.aim(t)
         self._begun = self.configuration.q.copy(), t

@@ -95,6 +95,7 @@ class Controller:
             <task>.axes       rows in force, among those that were compiled
             <task>.enabled    False takes the task out of its level
             level <k>.enabled        the same for all tasks of the k-th level
+            obstacle.<name>.pose     pose of an obstacle that the limit names in `moving`, likewise a `Target`
             joint_position.margin    and whatever else `parameters` lists
 
         Args:

@@ -44,6 +44,7 @@ class Step:
         closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s], which does not consider
             limits.
         distances: Measured distances at q, by name of the limit on them.
+        moving: Pose of each obstacle that moves, by name, (4, 4) in the world [m].
     """
 
     resolver: str
@@ -61,6 +62,7 @@ class Step:
     actual: dict[str, Array]
     closed_form: Array
     distances: Mapping[str, Measured] = field(default_factory=dict)
+    moving: Mapping[str, Array] = field(default_factory=dict)
 
     @cached_property
     def closed_form_distance(self) -> float:
@@ -129,6 +131,7 @@ def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q:
         actual={name: x.copy() for name, _, x in framed},
         closed_form=loop.resolver.closed_form(hierarchy),
         distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
+        moving={name: pose.copy() for name, pose in plan.moving.items()},
     )
 
 

@@ -176,6 +176,22 @@ class Batch:
         return tuple(name for name in self.steps[0].desired if name in self.steps[0].actual)
 
     @cached_property
+    def moving(self) -> tuple[str, ...]:
+        """The names of the obstacles that move."""
+        return tuple(self.steps[0].moving)
+
+    def obstacle(self, name: str) -> Array:
+        """Return the pose of an obstacle that moves.
+
+        Args:
+            name: The name of the obstacle, one of `moving`.
+
+        Returns:
+            Homogeneous matrices, (k, 4, 4), in the world frame [m].
+        """
+        return np.array([step.moving[name] for step in self.steps])
+
+    @cached_property
     def distance_limits(self) -> tuple[str, ...]:
         """The names of the limits that keep distances between pairs of bodies."""
         return tuple(self.steps[0].distances)

@@ -10,7 +10,7 @@ COUNT = 3
 @pytest.fixture(scope="module")
 def loop() -> Loop:
     """The loop that is measured, with few tasks and limits."""
-    return Loop(COUNT)
+    return Loop(COUNT, COUNT)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -4,9 +4,10 @@ Hard rows brake an approach. Bounds on the velocities limit the error of lineari
 step.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import cast
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
 from taskopt.kinematics.limit.movers import Mover
+from taskopt.kinematics.parameter import Parameter
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,7 @@ class BoundDistance(RowLimit, BoundLimit):
         reserve: Amount that is added to the margin of each pair, (P,) [m].
         known: (8, P) numbers of the pairs, see `Pair`.
         share: s_k of each velocity, the smallest s of the pairs that it moves, as of the last `fill`, (nv,).
+        movers: Obstacles that move.
     """
 
     def __init__(
@@ -135,7 +138,7 @@ class BoundDistance(RowLimit, BoundLimit):
         self.margins[:] = self.margin if margins is None else margins
         self.known[Pair.INFLUENCE] = self.margins + (self.influence - self.margin)
         _, self.jump, self.bend, self.reserve, *_ = self.known
-        self._movers = tuple(movers)
+        self.movers = tuple(movers)
         self._make_reserve()
         self.share: Array = np.empty(collision.robot.nv)
         self._bounds = SpeedBounds(name, collision.robot.nv)
@@ -161,13 +164,32 @@ class BoundDistance(RowLimit, BoundLimit):
         """Open both sides; see `RowPart.prepare`."""
         rows.lower[:], rows.upper[:] = -np.inf, np.inf
 
+    def start(self, configuration: Configuration, t: float) -> None:  # noqa: ARG002
+        """Bring the obstacles that move back to their declared poses; see `RowPart.start`."""
+        for mover in self.movers:
+            mover.start(t)
+
+    def adjustable(self) -> Mapping[str, Parameter]:
+        """Return the pose of each obstacle that moves, such as "ball.pose"; see `Part.adjustable`."""
+        return {f"{mover.name}.pose": mover.adjustable() for mover in self.movers}
+
+    def recall(self) -> tuple[Array | None, ...]:
+        """Return the pose to which each obstacle was set, or None for the others; see `Part.recall`."""
+        return tuple(mover.recall() for mover in self.movers)
+
+    def remember(self, kept: object) -> None:
+        """Restore the poses to which obstacles were set; see `Part.remember`."""
+        for mover, pose in zip(self.movers, cast("tuple[Array | None, ...]", kept), strict=True):
+            if pose is not None:
+                mover.redirect(pose, 0.0)
+
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Measure the distances and write the rows; see `RowPart.fill`."""
         of, settings, known = self.distances, (self.gain, self.dt), self.known
-        for mover in self._movers:
+        for mover in self.movers:
             mover.move(t, self.dt)
         of.update(configuration)
-        for mover in self._movers:
+        for mover in self.movers:
             known[Pair.DRIFT, mover.pairs] = mover.drift()
             taken = mover.loss(self.dt, known[Pair.TRAVEL], known[Pair.INFLUENCE], of.distance)
             known[Pair.LOSS, mover.pairs] = taken

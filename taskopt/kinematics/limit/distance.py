@@ -40,9 +40,11 @@ class ObstacleLimit(Limit):
         rows: Largest number of rows. If there are more pairs, rows go from tick to tick to the pairs that can
             bind within a step, and keep their names (`BoundNearDistance`). Where an obstacle moves, every
             pair has a row.
-        moving: Targets of the poses of obstacles by name, which begin at the declared poses at 0 s: a
-            `Target` such as `Function` or `Latest`, or a pose. Their velocities are part of the bounds, so
-            the robot gives way, and v = 0 may be forbidden. A half-space must not turn.
+        moving: Targets of the poses of obstacles by name, which begin at the declared poses when the loop
+            starts: a `Target` such as `Function` or `Latest`, or a pose; None holds the declared pose. Their
+            velocities are part of the bounds, so the robot gives way, and v = 0 may be forbidden. Each pose
+            is a parameter, such as "obstacle.ball.pose", which `Controller.set` replaces by a pose or by
+            another target. A half-space must not turn.
         margins: Other margins [m], by the name of a link or an obstacle, or by two of them for one pair; of
             several that fit a pair, the last counts. Braking begins as far before each.
 
@@ -61,7 +63,7 @@ class ObstacleLimit(Limit):
     links: Sequence[str] | None = None
     name: str = "obstacle"
     rows: int = field(default=64, kw_only=True)
-    moving: Mapping[str | int, Target | Value] = field(default_factory=dict, kw_only=True, hash=False)
+    moving: Mapping[str | int, Target | Value | None] = field(default_factory=dict, kw_only=True, hash=False)
     margins: Margins = field(default_factory=dict, kw_only=True, hash=False)
 
     def __post_init__(self) -> None:
@@ -85,8 +87,7 @@ class ObstacleLimit(Limit):
         if not self.moving:
             return _bound(collision, dt, self.name, braking, margins, self.rows)
         targets = {int(number): as_target(target) for number, target in self.moving.items()}
-        first = len(robot.geometry.geometryObjects)
-        movers = movers_of(collision, first, targets)
+        movers = movers_of(collision, obstacle_names(obstacles), targets)
         return BoundDistance(collision, dt, self.name, braking, margins, movers)
 
 
@@ -177,8 +178,8 @@ def _bound(
 
 
 def _numbered_targets(
-    moving: Mapping[str | int, Target | Value], obstacles: Sequence[Shape]
-) -> dict[str | int, Target | Value]:
+    moving: Mapping[str | int, Target | Value | None], obstacles: Sequence[Shape]
+) -> dict[str | int, Target | Value | None]:
     """Replace the names of obstacles by their numbers, since a stack may rename obstacles."""
     names, out = obstacle_names(obstacles), {}
     for key, target in moving.items():

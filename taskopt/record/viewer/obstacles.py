@@ -1,17 +1,18 @@
 """The obstacles of a stack in the scene, with the same names as in rows, plots and events."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import product
 
 import numpy as np
 import rerun as rr
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.geometry.coal import obstacle_object
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
+from taskopt.record.batch import Batch
 from taskopt.record.viewer.arrangement import Arrangement
 from taskopt.record.viewer.palette import OBSTACLE
-from taskopt.record.viewer.paths import escaped_part
+from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.robot3d import archetype
 from taskopt.record.viewer.writer import RecordingWriter
 
@@ -42,33 +43,68 @@ def obstacle_corners(shape: Shape) -> Array:
     return np.array([points.min(axis=0) - radius, points.max(axis=0) + radius])
 
 
-def draw_obstacles(
-    writer: RecordingWriter, path: str, obstacles: Mapping[str, Shape], arrangement: Arrangement
-) -> None:
-    """Send the obstacles of one robot.
+class Obstacles:
+    """Draw the obstacles of each robot, and move those that move.
 
     Args:
-        writer: The recording.
-        path: The entity path of their parent.
         obstacles: The obstacles, by name.
+        moving: Names of those that move.
         arrangement: The arrangement of the scene, to whose size half-spaces are cut.
     """
-    for name, shape in obstacles.items():
-        pose = shape.pose
-        if isinstance(shape, HalfSpace):
-            drawn, pose = _sheet(pose, arrangement)
-        else:
-            drawn = archetype(obstacle_object(shape), OBSTACLE)
-        if drawn is not None:
-            placed = rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3])
-            writer.log_static(f"{path}/{escaped_part(name)}", drawn, placed)
 
+    def __init__(
+        self, obstacles: Mapping[str, Shape], moving: Collection[str], arrangement: Arrangement
+    ) -> None:
+        self._obstacles, self._moving, self._arrangement = obstacles, moving, arrangement
 
-def _sheet(pose: Array, arrangement: Arrangement) -> tuple[rr.Boxes3D, Array]:
-    """Return a thin sheet just below the surface of a half-space in the middle of the scene, and its pose."""
-    normal, centre = pose[:3, 2], pose.copy()
-    middle = 0.5 * (arrangement.lower + arrangement.upper)
-    thin = _THICKNESS * arrangement.size
-    centre[:3, 3] = middle - normal * (normal @ (middle - pose[:3, 3]) + thin)
-    half = [_EXTENT * arrangement.size, _EXTENT * arrangement.size, thin]
-    return rr.Boxes3D(half_sizes=[half], colors=[OBSTACLE], fill_mode="solid"), centre
+    def draw(self, writer: RecordingWriter, resolver: str) -> None:
+        """Send the shapes, and the poses of those that stand still.
+
+        The pose of an obstacle that moves is not sent here, since a viewer prefers what is sent as static to
+        what is sent for a tick.
+
+        Args:
+            writer: The recording.
+            resolver: The name of the resolver.
+        """
+        for name, shape in self._obstacles.items():
+            sheet = isinstance(shape, HalfSpace)
+            drawn = self._sheet() if sheet else archetype(obstacle_object(shape), OBSTACLE)
+            if drawn is None:
+                continue
+            path = world_path(resolver, "obstacle", name)
+            writer.log_static(path, drawn)
+            if name not in self._moving:
+                pose = self._drawn_at(name, shape.pose)
+                writer.log_static(path, rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+
+    def send(self, writer: RecordingWriter, batch: Batch, ticks: IntArray) -> None:
+        """Send the poses of the obstacles that move.
+
+        Args:
+            writer: The recording.
+            batch: Consecutive steps of one resolver.
+            ticks: The positions of the ticks in the batch.
+        """
+        for name in batch.moving:
+            poses = np.array([self._drawn_at(name, pose) for pose in batch.obstacle(name)[ticks]])
+            placed = rr.Transform3D.columns(
+                translation=poses[:, :3, 3], mat3x3=poses[:, :3, :3].reshape(-1, 9)
+            )
+            path = world_path(batch.resolver, "obstacle", name)
+            writer.send_columns(path, batch.index[ticks], batch.time[ticks], placed)
+
+    def _drawn_at(self, name: str, pose: Array) -> Array:
+        """Return the pose (4, 4) [m] at which an obstacle is drawn; that of a half-space is mid-scene."""
+        if not isinstance(self._obstacles[name], HalfSpace):
+            return pose
+        room, normal, out = self._arrangement, pose[:3, 2], pose.copy()
+        middle = 0.5 * (room.lower + room.upper)
+        out[:3, 3] = middle - normal * (normal @ (middle - pose[:3, 3]) + _THICKNESS * room.size)
+        return out
+
+    def _sheet(self) -> rr.Boxes3D:
+        """Return the thin sheet that stands for a half-space, just below its surface."""
+        size = self._arrangement.size
+        half = [_EXTENT * size, _EXTENT * size, _THICKNESS * size]
+        return rr.Boxes3D(half_sizes=[half], colors=[OBSTACLE], fill_mode="solid")

@@ -8,7 +8,7 @@ from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import arrange
 from taskopt.record.viewer.ellipsoids import Ellipsoids
-from taskopt.record.viewer.obstacles import draw_obstacles, obstacle_corners
+from taskopt.record.viewer.obstacles import Obstacles, obstacle_corners
 from taskopt.record.viewer.palette import ERROR, TARGET, colours, resolver_colour
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions
@@ -40,11 +40,12 @@ class Scene:
         self._robot = RobotDrawing(info.scenario.robot)
         self._last: dict[str, Array] = {}  # the last point of each actual path, (1, 3)
         self._placed = {task.name for task in info.plan.tasks if rows_in_unit(task, "m").any()}
-        self._desired = desired_paths(info)
-        self._obstacles = info.plan.obstacles
+        self._desired, moved = desired_paths(info)
         reached = [self._robot.corners(info.scenario.start), *self._desired.values()]
-        around = [obstacle_corners(shape) for shape in self._obstacles.values()]
-        self.arrangement = arrange(reached, len(info.resolvers), around)
+        obstacles = info.plan.obstacles
+        around = [obstacle_corners(shape) for shape in obstacles.values()]
+        self.arrangement = arrange(reached, len(info.resolvers), [*around, *moved.values()])
+        self._obstacles = Obstacles(obstacles, info.plan.moving.keys(), self.arrangement)
         self._regions = Regions(info, self.arrangement)
         self._trails = Trails(info)
         frame = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
@@ -66,7 +67,7 @@ class Scene:
             self._robot.draw(writer, robot, colour if several else None)
             q = self._info.scenario.start[None]
             self._robot.move(writer, robot, start, start.astype("timedelta64[ns]"), q)
-            draw_obstacles(writer, world_path(name, "obstacle"), self._obstacles, self.arrangement)
+            self._obstacles.draw(writer, name)
             self._draw_paths(writer, name, colour)
             self._regions.draw(writer, name)
             self._trails.draw(writer, name)
@@ -85,6 +86,7 @@ class Scene:
         dt, robot = self._info.scenario.dt, world_path(batch.resolver, "robot")
         ticks = batch.ticks_every(_MOTION_PERIOD, dt)
         self._robot.move(writer, robot, batch.index[ticks], batch.time[ticks], batch.q[ticks])
+        self._obstacles.send(writer, batch, ticks)
         ticks = batch.ticks_every(_DETAIL_PERIOD, dt)
         if not len(ticks):
             return
@@ -147,21 +149,26 @@ class Scene:
         writer.send_columns(path, index, time, rr.LineStrips3D.columns(strips=list(segments)))
 
 
-def desired_paths(info: RunInfo) -> dict[str, Array]:
-    """Compute the paths of the targets of the frame tasks, which are known before the run.
+def desired_paths(info: RunInfo) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Compute the paths of the targets of frame tasks and of obstacles, which are known before the run.
 
     Args:
         info: The facts about the run.
 
     Returns:
-        Points (samples, 3) of each task with rows in metres, by its name, in the robot's world [m].
+        Points (samples, 3) of each task with rows in metres, by its name, in the robot's world [m]; and the
+        same for the middle of each obstacle that moves.
     """
     plan, q0 = info.new_plan(), info.scenario.start
     plan.start(q0, 0.0)
     paths: dict[str, list[Array]] = {}
+    moved: dict[str, list[Array]] = {}
     for t in np.linspace(0.0, info.scenario.duration, _SAMPLES):
         plan.at(q0, float(t))
         for task in plan.tasks:
             if task.desired is not None and rows_in_unit(task, "m").any():
                 paths.setdefault(task.name, []).append(task.desired[:3, 3].copy())
-    return {name: np.array(points) for name, points in paths.items()}
+        for name, pose in plan.moving.items():
+            moved.setdefault(name, []).append(pose[:3, 3].copy())
+    found = ({name: np.array(points) for name, points in of.items()} for of in (paths, moved))
+    return next(found), next(found)

@@ -1,5 +1,7 @@
 """Obstacles that move, and margins of single pairs."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
 from taskopt.kinematics.limit.movers import Mover
 from taskopt.kinematics.pose import exp3, homogeneous
 from taskopt.kinematics.robot import planar_arm
-from taskopt.kinematics.target import Function, Latest, Target
+from taskopt.kinematics.target import Function, Latest, Line, Target
 from taskopt.testing import check_limit
 from tests.helpers.near import circle_clearance
 
@@ -107,6 +109,84 @@ def test_an_obstacle_that_a_stack_renames_still_moves() -> None:
     plan.at(START, 0.0)
     expected = circle_clearance(LENGTHS, START, centre(0.0)[:2], 0.1) - THICK
     np.testing.assert_allclose(plan.distance_limits["goes"].distances.distance, expected, atol=1e-9)
+
+
+BALL = Sphere([0.9, 0.6, 0.0], RADIUS, name="ball")
+PASSED = [0.9, 0.2, 0.0]  # where a ball is nearer to the arm
+
+
+def loop(target: Target | None) -> Controller:
+    """A loop of the planar arm, whose ball follows a target."""
+    arm = planar_arm(LENGTHS.tolist(), radius=THICK)
+    limit = ObstacleLimit([BALL], MARGIN, 0.15, moving={"ball": target})
+    return Controller(arm, Stack([[DampingTask()]], [limit]), dt=DT)
+
+
+def seen(control: Controller, t: float) -> np.ndarray:
+    """The middle of the ball after a step, which the measured distances must agree with."""
+    control.step(START, t)
+    place = control.plan.moving["ball"][:3, 3]
+    expected = circle_clearance(LENGTHS, START, place[:2], RADIUS) - THICK
+    np.testing.assert_allclose(
+        control.plan.distance_limits["obstacle"].distances.distance, expected, atol=1e-9
+    )
+    return place.copy()
+
+
+def test_the_motion_of_an_obstacle_begins_when_the_loop_starts() -> None:
+    """A line of 2 s that starts at 5 s is half-way at 6 s, after a second start at 9 s again at 10 s."""
+    control = loop(Line(by=[0.2, 0.0, 0.0], duration=2.0))
+    for begin in (5.0, 9.0):
+        control.start(START, begin)
+        for after, way in ((0.0, 0.0), (1.0, 0.1), (2.0, 0.2), (3.0, 0.2)):
+            np.testing.assert_allclose(
+                seen(control, begin + after), BALL.centre + np.array([way, 0, 0]), atol=1e-9
+            )
+
+
+def test_the_pose_of_an_obstacle_is_a_parameter() -> None:
+    """Set to a pose it is there at the next tick, over a time it is on its way, by a target it follows."""
+    control = loop(None)
+    np.testing.assert_allclose(seen(control, 0.0), BALL.centre)
+    control.set({"obstacle.ball.pose": PASSED})
+    np.testing.assert_allclose(seen(control, 0.1), PASSED)
+    np.testing.assert_allclose(np.asarray(control.parameters["obstacle.ball.pose"])[:3, 3], PASSED)
+    control.set({"obstacle.ball.pose": BALL.centre}, over=2.0)
+    seen(control, 1.0)
+    np.testing.assert_allclose(seen(control, 2.0), 0.5 * (np.array(PASSED) + BALL.centre), atol=1e-9)
+    np.testing.assert_allclose(seen(control, 3.5), BALL.centre, atol=1e-9)
+    control.set({"obstacle.ball.pose": Function(centre)})
+    np.testing.assert_allclose(seen(control, 4.0), centre(4.0))
+    control.start(START, 5.0)
+    np.testing.assert_allclose(seen(control, 5.0), BALL.centre)
+
+
+def test_a_copy_keeps_the_pose_of_an_obstacle() -> None:
+    """One that was set, and one that moves as declared; one that follows a later target is not copied."""
+    control = loop(None)
+    seen(control, 0.0)
+    control.set({"obstacle.ball.pose": PASSED})
+    seen(control, 0.1)
+    np.testing.assert_allclose(seen(copy.deepcopy(control), 0.2), PASSED)
+    moves = loop(Line(by=[0.2, 0.0, 0.0], duration=2.0))
+    moves.start(START, 5.0)
+    seen(moves, 5.5)
+    np.testing.assert_allclose(seen(copy.deepcopy(moves), 6.0), seen(moves, 6.0))
+    control.set({"obstacle.ball.pose": Line(to=BALL.centre, duration=1.0)})
+    seen(control, 0.3)
+    with pytest.raises(InvalidValue, match="the target of 'ball' was replaced by one that moves"):
+        copy.deepcopy(control)
+
+
+def test_what_is_no_pose_of_an_obstacle_is_refused_when_it_is_set() -> None:
+    """A matrix that is no rotation, a number that is not finite, and an obstacle that does not move."""
+    control = loop(None)
+    for wrong in (2.0 * np.eye(4), [0.0, 0.0, np.nan]):
+        with pytest.raises(InvalidValue, match="the pose of ball"):
+            control.set({"obstacle.ball.pose": wrong})
+    still = ObstacleLimit([BALL])
+    with pytest.raises(UnknownName, match=r"obstacle\.ball\.pose"):
+        Controller(control.plan.robot, Stack([[DampingTask()]], [still])).set({"obstacle.ball.pose": PASSED})
 
 
 def test_pairs_can_have_margins_of_their_own() -> None:

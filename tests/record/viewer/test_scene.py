@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from taskopt import InvalidValue, UnknownName
+from taskopt import InvalidValue, Line, ObstacleLimit, Sphere, UnknownName
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.robot import Robot
@@ -21,7 +21,7 @@ from taskopt.record.viewer.robot3d import RobotDrawing
 from taskopt.record.viewer.robot3d import triangles as triangles_of
 from taskopt.record.viewer.scene import desired_paths
 from taskopt.resolver.registry import resolver
-from tests.helpers.rrd import entities, rows_of
+from tests.helpers.rrd import batches, entities, rows_of
 
 WORLD = "/world/active-set"
 
@@ -94,6 +94,28 @@ def test_the_trail_of_an_elbow_is_its_path(info, tmp_path):
         np.testing.assert_allclose(strip[1], elbow, atol=1e-6)
 
 
+def test_an_obstacle_that_moves_is_drawn_where_it_is(info, tmp_path):
+    """At each drawn tick the ball is where its target puts it; a rock has one pose for good."""
+    ball, rock = Sphere([2.0, 0.0, 0.0], 0.1, name="ball"), Sphere([0.0, 2.0, 0.0], 0.1, name="rock")
+    limit = ObstacleLimit([ball, rock], moving={"ball": Line(by=[0.0, 0.5, 0.0], duration=0.2)})
+    stack = replace(info.scenario.stack, limits=[limit])
+    scenario = replace(info.scenario, stack=stack, duration=0.2)
+    with Log(RunInfo(scenario, ("active-set",)), tmp_path) as log:
+        for step in run(scenario, resolver("active-set")):
+            log.write(step)
+    rows = rows_of(tmp_path / "run.rrd", f"{WORLD}/obstacle/ball")
+    shares = np.array(rows["tick"]) * scenario.dt / 0.2
+    way = 0.5 * shares**2 * (3.0 - 2.0 * shares)
+    drawn = np.array(rows["translation"]).reshape(-1, 3)
+    np.testing.assert_allclose(drawn, np.column_stack([np.full_like(way, 2.0), way, 0.0 * way]), atol=1e-6)
+    assert drawn[-1, 1] > 0.4
+    for name, stands in (("ball", False), ("rock", True)):
+        sent = [b.schema.names for b in batches(tmp_path / "run.rrd", f"{WORLD}/obstacle/{name}")]
+        static = [column for names in sent if "tick" not in names for column in names]
+        assert ("Transform3D:translation" in static) == stands
+        assert any("colors" in column for column in static)
+
+
 def test_trails_are_frames_of_the_robot(info):
     """A name that is none, and a name in place of a list."""
     with pytest.raises(UnknownName, match="elbow"):
@@ -132,7 +154,7 @@ def test_the_trail_is_one_unbroken_path_of_the_frame(folder, steps):
 
 def test_the_desired_path_is_the_circle(info):
     """Known before the run: all its points are 0.2 m from one centre."""
-    path = desired_paths(info)["tip position"][:, :2]
+    path = desired_paths(info)[0]["tip position"][:, :2]
     rows = np.c_[2 * path, np.ones(len(path))]
     centre = np.linalg.lstsq(rows, (path**2).sum(axis=1), rcond=None)[0][:2]
     np.testing.assert_allclose(np.linalg.norm(path - centre, axis=1), 0.2, atol=1e-9)
