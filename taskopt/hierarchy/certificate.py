@@ -1,4 +1,7 @@
-"""The proof of an answer: KKT residuals of every level, computed from the declared rows.
+"""The certificate of an answer: a bound on its error, and the KKT residuals of every level as detail.
+
+The bound comes from `taskopt.hierarchy.proof`, and is computed when it is asked for. KKT residuals are
+relative to the largest row of their level; they tell where an answer fails, and bound no error of x.
 
 x is lexicographically optimal if for each level k there are multipliers y_k of the box, the hard rows and the
 rows of all levels before k with
@@ -16,14 +19,17 @@ Source: Escande, Mansard and Wieber (2014), Int. J. Robotics Research 33(7), Sec
 Wieber (2015), Sect. 2.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.proof import Judgement, Verdict, judge
 from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, PROVEN
 from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
@@ -34,7 +40,7 @@ _PRIMAL = RESIDUALS.index("primal")
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """KKT residuals of an answer, level by level.
+    """A bound on the error of an answer, and its KKT residuals level by level.
 
     Each residual is relative. Stationarity and multipliers are divided by the scale of their level, which is
     the largest term of its own gradient and at least w ‖a‖² max(1, |x|) of its rows. Violations are divided
@@ -42,9 +48,31 @@ class Certificate:
 
     Attributes:
         residuals: (levels + 1, 4), columns as in `RESIDUALS`; the last row belongs to the norm.
+        judging: Function that judges the answer when it is first asked for.
     """
 
     residuals: Array
+    judging: Callable[[], Judgement] | None = None
+
+    @cached_property
+    def judgement(self) -> Judgement:
+        """The judgement by the distance from the exact optimum, see `taskopt.hierarchy.proof`."""
+        if self.judging is None:
+            raise InvalidValue(
+                "this certificate was made of residuals alone; certify(hierarchy, x, multipliers) and the "
+                "certificate of a resolution have an error bound"
+            )
+        return self.judging()
+
+    @property
+    def error_bound(self) -> Array:
+        """Upper bound on |x − x*| for the exact optimum x*, entry by entry, (n,), in the unit of x."""
+        return self.judgement.error_bound
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether x is proven, proven on a condition, refuted, or undecided."""
+        return self.judgement.verdict
 
     @cached_property
     def worst(self) -> float:
@@ -104,7 +132,7 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
         np.ascontiguousarray(multipliers, dtype=np.float64),
         residuals,
     )
-    return Certificate(residuals)
+    return Certificate(residuals, partial(judge, hierarchy.copy(), np.array(x, dtype=np.float64)))
 
 
 class _Judged(NamedTuple):

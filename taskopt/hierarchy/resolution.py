@@ -12,9 +12,10 @@ from taskopt.hierarchy.certificate import Certificate
 from taskopt.hierarchy.explain import explain
 from taskopt.hierarchy.intervals import signed_distance
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.proof import Judgement, judge
 from taskopt.hierarchy.review import Review
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.tolerances import ACCURACY, PROVEN
 from taskopt.hierarchy.view import Answer, answer_of
 
 
@@ -106,8 +107,22 @@ class Resolution:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """KKT residuals of every level, also for a closed form, which claims no optimum."""
-        return Certificate(self._parts.residuals)
+        """Error bound, verdict and KKT residuals, also for a closed form, which claims no optimum."""
+        return Certificate(self._parts.residuals, self._judged)
+
+    def _judged(self) -> Judgement:
+        """Judge x by its distance from the exact optimum; its own active set is the hint."""
+        accuracy = ACCURACY if self.review is None else self.review.accuracy
+        x = np.where(np.isnan(self.x), np.inf, self.x)
+        return judge(self.problem, x, self.state, accuracy=accuracy)
+
+    @property
+    def proven(self) -> bool:
+        """True if every entry of x is proven to be as near to the exact optimum as was asked for.
+
+        The proof is made at the first access and takes some milliseconds; `certificate` has its bound.
+        """
+        return self.certificate.judgement.proven
 
     @property
     def claimed(self) -> bool:

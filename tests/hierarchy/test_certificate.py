@@ -5,9 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.certificate import RESIDUALS, Certificate, certify
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import Verdict
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
 from tests.helpers.oracles import random_hierarchy
 
@@ -240,3 +244,33 @@ def test_stationarity_is_relative_to_the_size_of_x():
     hierarchy = Hierarchy([Level([[0.0, 1.0]], [1.0])])
     certificate = certify(hierarchy, np.array([1e4, 1.001]), np.zeros((2, 3)))
     assert certificate.residuals[0, 0] == pytest.approx(1e-7, rel=1e-6)
+
+
+def test_a_certificate_has_an_error_bound_and_a_verdict():
+    """KKT residuals of 1e-7 pass beside a row of 1e4; the bound says by how much x is off."""
+    hierarchy = Hierarchy([Level([[1e4, 0.0], [0.0, 1e-4]], [1e4, 1e-4])])
+    x = np.array([1.0, 0.5])
+    certificate = certify_velocity(hierarchy, x)
+    assert certificate.proves()
+    assert certificate.verdict is Verdict.REFUTED
+    np.testing.assert_allclose(certificate.error_bound, [0.0, 0.5], atol=1e-15)
+    resolution, _ = ActiveSet()(hierarchy)
+    assert resolution.proven
+    assert resolution.certificate.verdict is Verdict.PROVEN
+    assert (resolution.certificate.error_bound <= 1e-15).all()
+
+
+def test_an_answer_that_is_no_number_is_refuted():
+    """A resolution whose x is NaN has a verdict, too."""
+    hierarchy = Hierarchy([Level([[1.0]], [1.0])])
+    answer = np.full(hierarchy.layout.answer_size, np.nan)
+    answer[-hierarchy.layout.size :] = hierarchy.buffer
+    failed = Resolution(hierarchy, answer, np.zeros(2, dtype=np.int8), Status.FAILED)
+    assert failed.certificate.verdict is Verdict.REFUTED
+    assert failed.certificate.error_bound.tolist() == [np.inf]
+
+
+def test_residuals_alone_have_no_error_bound():
+    """They lack the problem; the message says where a bound is to be had."""
+    with pytest.raises(InvalidValue, match="certify"):
+        _ = Certificate(np.zeros((1, 4))).error_bound

@@ -138,8 +138,11 @@ def _enclosed(value: "Enclosure | Array") -> Enclosure:
 
 def _entrywise(a: Enclosure, b: Enclosure, *, add: bool) -> Enclosure:
     """Add or multiply entry by entry, after broadcasting."""
-    shape = np.broadcast_shapes(a.parts.shape, b.parts.shape)
-    left = np.ascontiguousarray(np.broadcast_to(a.parts, shape)).reshape(3, -1)
-    right = np.ascontiguousarray(np.broadcast_to(b.parts, shape)).reshape(3, -1)
-    out = add_arrays(left, right) if add else multiply_arrays(left, right)
+    left, right = a.parts, b.parts
+    shape = left.shape
+    if shape != right.shape:
+        shape = np.broadcast_shapes(shape, right.shape)
+        left, right = np.broadcast_to(left, shape), np.broadcast_to(right, shape)
+    combine = add_arrays if add else multiply_arrays
+    out = combine(*(np.ascontiguousarray(parts).reshape(3, -1) for parts in (left, right)))
     return Enclosure(out.reshape(shape))

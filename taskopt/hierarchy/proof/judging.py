@@ -33,7 +33,7 @@ def judge(
     """
     value = number("x", x, (hierarchy.n,))
     if not np.isfinite(value).all():
-        return Judgement(np.full(hierarchy.n, np.inf), Verdict.REFUTED, (), "An entry of x is infinite.")
+        return Judgement(np.full(hierarchy.n, np.inf), Verdict.REFUTED, (), "An entry of x is not finite.")
     prover = Prover(hierarchy)
     near = near_bounds(hierarchy, value)
     hints = [near] if state is None else [np.array(state, dtype=np.int8), near]
