@@ -161,7 +161,8 @@ class Prover:
                     more |= outcome.undecided
             if more <= undecided:
                 break
-            undecided |= more
+            # A row held at one bound whose other bound is undecided might be held at either.
+            undecided |= more | {(i, int(state[i])) for i, _ in more if state[i]}
         if not kept:
             return Optimum(reason="the active set is not optimal", refuted=True), self._in_order(wrong)
         return self._proven(state, undecided, kept), []
