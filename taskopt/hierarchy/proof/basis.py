@@ -20,6 +20,7 @@ class Basis:
         rows: Independent rows.
         ends: Number of independent rows of the hard level, of levels 0 and 1, 0 to 2, …, (levels + 1,).
         dependent: For each level its rows that depend on the independent rows up to that level.
+        made_of: For those tested in integers, the independent rows whose coefficients are not zero.
         doubtful: Rows that are independent, but only by rounding.
         contradictory: Hard rows that depend on others with another right-hand side.
         tangled: Hard rows that take part in any dependence.
@@ -29,6 +30,7 @@ class Basis:
     rows: list[int] = field(default_factory=list)
     ends: list[int] = field(default_factory=list)
     dependent: list[list[int]] = field(default_factory=list)
+    made_of: dict[int, list[int]] = field(default_factory=dict)
     doubtful: list[int] = field(default_factory=list)
     contradictory: list[int] = field(default_factory=list)
     tangled: set[int] = field(default_factory=set)
@@ -106,6 +108,7 @@ class _Choice:
             self._take(i)
             return
         basis.dependent[k].append(i)
+        basis.made_of[i] = others
         if k == 0:
             basis.tangled |= {i, *others}
             if not agrees:

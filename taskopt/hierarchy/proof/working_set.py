@@ -139,7 +139,7 @@ class _Solution:
         start, end = (basis.ends[k - 1] if k else 0), basis.ends[k]
         rows, own = basis.dependent[k], basis.rows[start:end]
         C = problem.A[rows] @ self.V.columns(slice(0, end))
-        C = Enclosure(C.parts * coupled(problem.A[basis.rows], problem.A[rows])[:, :end])
+        C = Enclosure(C.parts * self._coupled(rows)[:, :end])
         target = bound[rows][:, None]
         if k > 0 and own:
             bound_part = C.columns(slice(0, start)) @ self.t.rows(slice(0, start)) - target
@@ -157,6 +157,15 @@ class _Solution:
         pull = rest * problem.weight[rows][:, None]
         self.multipliers.append(-(C.columns(slice(0, start)).T @ pull))
         return ()
+
+    def _coupled(self, rows: list[int]) -> Mask:
+        """Return where coefficients of dependent rows may differ from zero; elsewhere they are exactly zero."""
+        basis, A = self.basis, self.problem.A
+        possible = coupled(A[basis.rows], A[rows])
+        for d, i in enumerate(rows):
+            if i in basis.made_of:
+                possible[d] = np.isin(basis.rows, basis.made_of[i])
+        return possible
 
     def _least_squares(
         self, F: Enclosure, rest: Enclosure, own: list[int], rows: list[int]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.proof import Verdict, judge
+from taskopt.hierarchy.proof.prover import MOST_UNDECIDED
 from taskopt.resolver.active_set.resolver import ActiveSet
 from tests.helpers.badly_scaled import FAMILIES, badly_scaled
 from tests.helpers.oracles import lexicographic_optimum
@@ -151,3 +152,18 @@ def test_the_accuracy_asked_for_decides() -> None:
     x = [1.0 + 1e-6, 1.0]
     assert judge(hierarchy, x).verdict is Verdict.REFUTED
     assert judge(hierarchy, x, accuracy=1e-5).proven
+
+
+def test_a_row_that_repeats_another_does_not_hide_the_limits() -> None:
+    """Many active limits and a row that is twice one of level 1: its other coefficients are exactly zero."""
+    rng = np.random.default_rng(1)
+    n = 26
+    first = Level(rng.standard_normal((6, n)), rng.standard_normal(6))
+    second = Level(rng.standard_normal((6, n)), 3.0 * rng.standard_normal(6))
+    second.A[3] = 2.0 * first.A[2]
+    third = Level(rng.standard_normal((5, n)), upper=0.1 * rng.standard_normal(5))
+    reach = np.full(n, 0.5)
+    hierarchy = Hierarchy([first, second, third, Level(np.eye(n), rng.standard_normal(n))], (-reach, reach))
+    answer, _ = ActiveSet()(hierarchy)
+    assert np.count_nonzero(answer.state[:n]) > MOST_UNDECIDED
+    assert judge(hierarchy, answer.x, answer.state).proven
