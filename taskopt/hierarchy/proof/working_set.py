@@ -159,7 +159,7 @@ class _Solution:
         return ()
 
     def _coupled(self, rows: list[int]) -> Mask:
-        """Return where coefficients of dependent rows may differ from zero; elsewhere they are exactly zero."""
+        """Return where coefficients of dependent rows may differ from zero; others are exactly zero."""
         basis, A = self.basis, self.problem.A
         possible = coupled(A[basis.rows], A[rows])
         for d, i in enumerate(rows):
