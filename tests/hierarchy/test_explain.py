@@ -40,7 +40,7 @@ def test_what_is_met_is_told() -> None:
 
 @pytest.mark.parametrize("name", ["active-set", "hqp/daqp", "wqp/daqp"])
 def test_a_bound_without_room_is_named(name: str) -> None:
-    """A joint whose bounds are equal, and a hard equality, are named; the negative sentence would be false."""
+    """A joint whose bounds are equal, and a hard equality, are named; the sentence of none would be false."""
     frozen = stack(0.0)
     text = resolve(frozen, name).explain()
     assert "box/elbow lower = upper, so it cannot move: the cost of level 1 would change by " in text
