@@ -91,7 +91,8 @@ class Changes:
         return {
             name: parameter.read()
             for name, parameter in self.parameters.items()
-            if not isinstance(parameter, TargetParameter) and not name.startswith(LEVEL)
+            if not (isinstance(parameter, TargetParameter) or name.endswith(".target"))
+            and not name.startswith(LEVEL)
         }
 
     def read(self) -> dict[str, Setting]:

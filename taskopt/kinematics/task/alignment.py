@@ -13,15 +13,18 @@ the two vectors is the axis of the turn.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike
+from taskopt.arrays import Array, ArrayLike, finite
 from taskopt.hierarchy import tolerances
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.parameter import Numbers, Parameter
+from taskopt.kinematics.parameter import Parameter, Setting
+from taskopt.kinematics.pose import exp3
+from taskopt.kinematics.redirection import TargetParameter
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace, Value
 from taskopt.kinematics.target import Target, as_target, unit
@@ -36,12 +39,15 @@ class AxisAlignmentTask(Task):
     R is the rotation of the frame and J_O the rotational part of its Jacobian, in the axes of the world.
     c = Rᵀ d is the direction d in the frame. The error e is the shortest turn that carries the axis to c,
     given by its two coordinates across the axis, and E = ∂e/∂c (see the module). The turn about the axis
-    itself stays free. Rows "tilt 1" and "tilt 2" [rad/s].
+    itself stays free. Where d moves, E Rᵀ ḋ is added to the right-hand side. Rows "tilt 1" and "tilt 2"
+    [rad/s].
 
     Args:
         frame: Name of the frame.
         axis: Axis (3,) in the frame; its length does not matter.
-        direction: Direction (3,) in the world; its length does not matter.
+        direction: Direction (3,) in the world, whose length does not matter, or a `Target` of directions,
+            such as `Function`, `Line` or `Latest`. Rates of a direction are angular velocities (3,) [rad/s]
+            in the world. None: the direction of the axis at the start.
         gain: K [1/s], one number or two. More lets the error die out faster and asks for larger velocities;
             it must stay below 2/Δt.
         weight: Factor of ½ (A v − b)² within the level [s²/rad²], one number or two. More lets this task win
@@ -57,14 +63,15 @@ class AxisAlignmentTask(Task):
 
     frame: str
     axis: ArrayLike = (0.0, 0.0, 1.0)
-    direction: ArrayLike = (0.0, 0.0, 1.0)
+    direction: Target | ArrayLike | None = (0.0, 0.0, 1.0)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         unit("axis", self.axis)
-        unit("direction", self.direction)
+        if self.direction is not None and not isinstance(self.direction, Target):
+            unit("direction", self.direction)
         gains(self.gain, 2)
         weights(self.weight, 2)
 
@@ -79,7 +86,9 @@ class AxisAlignmentTask(Task):
             UnknownName: The robot has no such frame.
         """
         robot.frame_id(self.frame)
-        return BoundAlignment(name, self, robot.nv)
+        bound = BoundAlignment(name, self, robot.nv)
+        bound.attach(as_target(self.direction))
+        return bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,39 +163,88 @@ class _BoundTurn(BoundTask):
         turned_rows_into(self._pose, self._jacobian, seen, self._slope, nearness, rows.A)
 
 
-class BoundAlignment(_BoundTurn):
-    """The two rows of an `AxisAlignmentTask`.
+class DirectionSpace:
+    """Directions, which are unit vectors (3,); rates are angular velocities (3,) [rad/s] in the world.
 
     Args:
-        name: Name of the task in its plan.
-        task: The declared task.
-        nv: Number of velocities of the robot.
+        name: Name of a value in error messages.
     """
 
-    def __init__(self, name: str, task: AxisAlignmentTask, nv: int) -> None:
-        super().__init__(name, task, nv)
-        self._direction = unit("direction", task.direction)
+    tangent = 3
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def convert(self, value: Value, start: Array) -> Array:  # noqa: ARG002 (protocol)
+        """Scale a vector (3,) to length 1; see `Space.convert`."""
+        return unit(self._name, cast("ArrayLike", value))
+
+    def take(self, value: Value, start: Array, out: Array) -> None:
+        """Write a vector (3,), scaled to length 1; see `Space.take`."""
+        out[:] = self.convert(value, start)
+
+    def convert_rate(self, rate: Value) -> Array:
+        """Return an angular velocity (3,) [rad/s]; see `Space.convert_rate`."""
+        return finite(f"rate of {self._name}", cast("ArrayLike", rate), (3,))
+
+    def take_rate(self, rate: Value, out: Array) -> None:
+        """Write an angular velocity (3,) [rad/s]; see `Space.take_rate`."""
+        out[:] = self.convert_rate(rate)
+
+    def difference(self, a: Array, b: Array) -> Array:
+        """Return the shortest turn (3,) [rad] from one direction to another; see `Space.difference`."""
+        turn = np.cross(a, b)
+        sine, cosine = float(np.linalg.norm(turn)), float(a @ b)
+        if sine < tolerances.PARALLEL:  # at 180° every way is as short
+            return turn if cosine > 0.0 else np.pi * across(a)[0]
+        return turn * (np.arctan2(sine, cosine) / sine)
+
+    def move(self, a: Array, delta: Array, out: Array) -> None:
+        """Write a direction after a turn; see `Space.move`."""
+        out[:] = exp3(delta) @ a
+
+
+class BoundAlignment(_BoundTurn, AimedTask):
+    """The two rows of an `AxisAlignmentTask`; the goal is the direction, (3,)."""
+
+    def attach(self, target: Target) -> None:
+        """Set the target.
+
+        Args:
+            target: Target of directions.
+        """
+        self.take_target(target, DirectionSpace(f"direction of '{self.name}'"))
+        self.goal, self._turning = np.zeros(3), np.zeros(3)
+
+    def start(self, configuration: Configuration, t: float) -> None:
+        """Start the target from the present direction of the axis; see `RowPart.start`."""
+        self.begin(configuration.pose(self._frame)[:3, :3] @ self._axis, t)
 
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return gain and direction; see `Part.adjustable`."""
-        direction = Numbers(self._direction, self._checked_direction, self._shorten)
-        return {**super().adjustable(), "direction": direction}
+        direction = _Direction(self.name, self.goal, self._space, self.redirect)
+        return {"gain": super().adjustable()["gain"], "direction": direction}
 
-    def _checked_direction(self, direction: ArrayLike) -> Array:
-        """Check a direction, and return it at length 1."""
-        equal = np.ndim(direction) == 0  # `Numbers` reads three equal numbers as one
-        return unit(f"direction of '{self.name}'", np.full(3, direction) if equal else direction)
-
-    def _shorten(self) -> None:
-        """Scale a direction that is blended between two others to length 1."""
-        self._direction /= max(float(np.linalg.norm(self._direction)), tolerances.NO_DIRECTION)
-
-    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
+    def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
+        moves = self._course(t, self.goal, self._turning)
         configuration.frame_into(self._frame, self._pose, self._jacobian)
-        self._turn(self._pose[:3, :3].T @ self._direction, 0.0, rows)
+        to_frame = self._pose[:3, :3].T
+        self._turn(to_frame @ self.goal, 0.0, rows)
         rows.lower[:] = self.gain * self.error
+        if moves:
+            rows.lower[:] += self._slope @ (to_frame @ np.cross(self._turning, self.goal))
         rows.upper[:] = rows.lower
+
+
+class _Direction(TargetParameter):
+    """The parameter "direction", whose vectors are scaled to length 1."""
+
+    def checked(self, value: Setting, over: float) -> Target | Array:
+        """Return a `Target`, or a direction to hold; see `Parameter.checked`."""
+        if over > 0.0 or isinstance(value, Target):
+            return super().checked(value, over)
+        return self._space.convert(cast("Value", value), self._goal)
 
 
 class BoundLook(_BoundTurn, AimedTask):

@@ -138,6 +138,9 @@ def _of_motion(task: Task) -> bool:
     return isinstance(task, JointVelocityTask | LowAccelerationTask)
 
 
+_TARGETS = "target", "direction"  # fields of tasks that may be a `Target`
+
+
 def _still(task: Task) -> Task:
     """Return a task with gain 1 and a target without rate, where it or the task inside it has them."""
     if not is_dataclass(task):
@@ -147,8 +150,8 @@ def _still(task: Task) -> Task:
         value = getattr(task, field.name)
         if field.name == "gain":
             changes["gain"] = 1.0
-        elif field.name == "target" and isinstance(value, Target) and not isinstance(value, Hold):
-            changes["target"] = WithoutRate(value)
+        elif field.name in _TARGETS and isinstance(value, Target) and not isinstance(value, Hold):
+            changes[field.name] = WithoutRate(value)
         elif isinstance(value, Task):
             changes[field.name] = _still(value)
     return replace(task, **changes)

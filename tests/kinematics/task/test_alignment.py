@@ -11,14 +11,17 @@ from taskopt import (
     InvalidValue,
     JointTask,
     JointVelocityLimit,
+    Line,
     LookAtTask,
     PositionTask,
     Stack,
     UnknownName,
+    WithoutRate,
     resolve,
 )
 from taskopt.kinematics.pose import exp3
 from taskopt.kinematics.task import alignment
+from taskopt.kinematics.task.alignment import DirectionSpace
 from taskopt.testing import check_task
 from tests.helpers.moving import bound
 from tests.helpers.robots import FRAMES, generic_q, robot
@@ -117,6 +120,62 @@ def test_eyes_follow_a_moving_point_without_lag():
         pose, sight = Configuration(of, q).pose("panda_hand"), np.asarray(target.value((k + 1) * dt))
         sight = (sight - pose[:3, 3]) / np.linalg.norm(sight - pose[:3, 3])
         assert np.linalg.norm(np.cross(pose[:3, 2], sight)) < 1e-3
+
+
+def swung(t):
+    """A direction that swings about a generic axis, not of length 1."""
+    return exp3(np.array([0.3, -0.2, 0.5]) * np.sin(2.0 * t)) @ [0.2, -0.4, -1.5]
+
+
+def turning(t):
+    """Its angular velocity [rad/s]."""
+    return np.array([0.3, -0.2, 0.5]) * 2.0 * np.cos(2.0 * t)
+
+
+@pytest.mark.parametrize("target", [Function(swung), Function(swung, turning), WithoutRate(Function(swung))])
+def test_an_axis_follows_a_moving_direction_without_lag(target):
+    """With the rate of the direction fed forward; without it the axis lags by its rate through the gain."""
+    of, dt = robot("panda"), 2e-3
+    q, worst = of.posture("default"), 0.0
+    task = AxisAlignmentTask("panda_hand", direction=target, gain=20.0)
+    control = Controller(of, Stack([[task], [JointTask()]]), dt=dt)
+    for k in range(500):
+        q = of.integrate(q, control.step(q, k * dt).v, dt)
+        goal, z = swung((k + 1) * dt), Configuration(of, q).pose("panda_hand")[:3, 2]
+        if k > 250:
+            worst = max(worst, np.linalg.norm(np.cross(z, goal / np.linalg.norm(goal))))
+    if isinstance(target, WithoutRate):
+        assert worst > 0.02
+    else:
+        assert worst < 2e-3
+
+
+def test_a_direction_follows_a_line_and_holds_what_was_at_the_start():
+    """A quarter turn in 2 s is an eighth at 1 s; None holds the direction that the axis had at the start."""
+    of = robot("panda")
+    q = of.posture("default")
+    z = Configuration(of, q).pose("panda_hand")[:3, 2]
+    side = np.cross(z, [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    moves = AxisAlignmentTask("panda_hand", direction=Line(to=side, duration=2.0), name="axis")
+    plan = Stack([[moves]]).compile(of, 1e-3)
+    plan.start(q, 3.0)
+    plan.at(q, 4.0)
+    assert np.linalg.norm(plan.tasks[0].error) == pytest.approx(np.pi / 4, abs=1e-9)
+    held = Stack([[AxisAlignmentTask("panda_hand", direction=None)]]).compile(of, 1e-3)
+    np.testing.assert_allclose(held.at(q, 4.0).lower, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-7, 30.0, 179.9, 180.0])
+def test_the_turn_between_two_directions_leads_from_one_to_the_other(degrees):
+    """exp(difference(a, b)) a = b, by the shortest way, also at exactly 180°."""
+    space = DirectionSpace("direction")
+    a = np.array([1.0, 2.0, -2.0]) / 3.0
+    b = exp3(np.radians(degrees) * np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)) @ a
+    turn, out = space.difference(a, b), np.empty(3)
+    assert np.linalg.norm(turn) == pytest.approx(np.radians(degrees), abs=1e-9)
+    space.move(a, turn, out)
+    np.testing.assert_allclose(out, b, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["alignment", "look"])
