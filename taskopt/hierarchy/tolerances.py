@@ -81,6 +81,12 @@ UNDERFLOW = 1e-300
 Smaller: nothing changes before 1e-321. Larger: tiny numbers are no longer known to be different from zero.
 """
 
+SMALLEST_PRODUCT = 1e-250
+"""Least magnitude of a product of two doubles whose parts cannot underflow, so that it is exact as a pair.
+
+Smaller: at 1e-292 parts begin to underflow. Larger: exact products get a radius, and exact ties stay hidden.
+"""
+
 SMALLEST_SCALED = 1e-100
 """Least magnitude of a scaled number other than zero with which a problem is judged.
 

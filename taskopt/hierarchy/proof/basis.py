@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import Array, Mask
+from taskopt.hierarchy.proof.coupling import coupled
 from taskopt.hierarchy.proof.enclosure import Enclosure
 from taskopt.hierarchy.proof.exact_span import ExactSpan
 from taskopt.hierarchy.proof.linear import inverse
@@ -154,4 +155,27 @@ def inverse_of(problem: Scaled, basis: Basis) -> Enclosure | None:
     if r < n:
         taken = np.array(basis.directions).reshape(r, n).T
         completion = np.linalg.qr(taken, mode="complete")[0][:, r:].T @ problem.root.T
-    return inverse(np.vstack([problem.A[basis.rows], completion]))
+    B = problem.A[basis.rows]
+    V = inverse(np.vstack([B, completion]))
+    if V is None:
+        return None
+    if r == n:
+        V.parts[:] *= coupled(B, np.eye(n))  # its rows are the unit vectors, made of rows of B
+    for j, a in fixed_unknowns(B):
+        V.parts[:, j] = 0.0
+        V.parts[0, j, a] = 1.0 / B[a, j]
+    return V
+
+
+def fixed_unknowns(B: Array) -> list[tuple[int, int]]:
+    """Return unknowns that a row fixes exactly, since it has one entry, which is a power of two.
+
+    Args:
+        B: Independent rows, (r, n).
+
+    Returns:
+        Pairs of an unknown and the row that fixes it.
+    """
+    single = np.flatnonzero((B != 0.0).sum(axis=1) == 1)
+    pairs = [(int(np.argmax(np.abs(B[a]))), int(a)) for a in single]
+    return [(j, a) for j, a in pairs if abs(np.frexp(B[a, j])[0]) == 0.5]

@@ -12,7 +12,7 @@ machine; Dekker (1971), Numerische Mathematik 18, for the exact product.
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.hierarchy.tolerances import ROUNDED_UP, UNDERFLOW, UNIT_OF_PAIRS
+from taskopt.hierarchy.tolerances import ROUNDED_UP, SMALLEST_PRODUCT, UNDERFLOW, UNIT_OF_PAIRS
 from taskopt.jit import kernel_exact
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1 cuts a double into two halves of 26 bits
@@ -127,6 +127,13 @@ def add_arrays(a: Array, b: Array) -> Array:
 
 
 @kernel_exact
+def _error_of_product(a_low: float, b_low: float, product: float) -> float:
+    """Return a bound on the rounding error of a product of pairs: none for doubles, but for underflow."""
+    error = 0.0 if a_low == 0.0 and b_low == 0.0 else UNIT_OF_PAIRS * abs(product)
+    return error if abs(product) > SMALLEST_PRODUCT else error + UNDERFLOW
+
+
+@kernel_exact
 def multiply_arrays(a: Array, b: Array) -> Array:
     """Multiply enclosures entry by entry.
 
@@ -145,7 +152,7 @@ def multiply_arrays(a: Array, b: Array) -> Array:
         high, low = multiply_pairs(a[0, i], a[1, i], b[0, i], b[1, i])
         out[0, i], out[1, i] = high, low
         radius = abs(a[0, i]) * b[2, i] + a[2, i] * (abs(b[0, i]) + b[2, i])
-        out[2, i] = ROUNDED_UP * (radius + UNIT_OF_PAIRS * abs(high) + UNDERFLOW)
+        out[2, i] = ROUNDED_UP * (radius + _error_of_product(a[1, i], b[1, i], high))
     return out
 
 
@@ -169,17 +176,19 @@ def multiply_matrices(a: Array, b: Array) -> Array:
     gamma = p * UNIT_OF_PAIRS * ROUNDED_UP
     for i in range(m):
         for j in range(q):
-            high, low, size, radius = 0.0, 0.0, 0.0, 0.0
+            high, low, size, radius, terms = 0.0, 0.0, 0.0, 0.0, 0
             for k in range(p):
                 if (a[0, i, k] == 0.0 and a[2, i, k] == 0.0) or (b[0, k, j] == 0.0 and b[2, k, j] == 0.0):
                     continue  # exactly zero
                 term, term_low = multiply_pairs(a[0, i, k], a[1, i, k], b[0, k, j], b[1, k, j])
                 high, low = add_pairs(high, low, term, term_low)
                 size += abs(term)
+                terms += 1
                 radius += abs(a[0, i, k]) * b[2, k, j] + a[2, i, k] * (abs(b[0, k, j]) + b[2, k, j])
-                radius += UNDERFLOW
+                radius += _error_of_product(a[1, i, k], b[1, k, j], term)
             out[0, i, j], out[1, i, j] = high, low
-            out[2, i, j] = ROUNDED_UP * (radius + gamma * size)
+            # The error of a product of pairs is counted twice where there is a sum of them.
+            out[2, i, j] = ROUNDED_UP * (radius + (gamma * size if terms > 1 else 0.0))
     return out
 
 

@@ -109,6 +109,19 @@ class Scaled:
         length = np.linalg.norm(np.linalg.solve(self.root, self.A.T), axis=0)
         return np.where(self.level == 0, 1.0, self.weight * length**2)
 
+    def unit_rows(self, rows: IntArray) -> list[tuple[int, int]]:
+        """Return which of some rows are unit vectors, whose value is an unknown exactly.
+
+        Args:
+            rows: Indices of rows, (m,).
+
+        Returns:
+            Pairs of a place in `rows` and an unknown.
+        """
+        chosen = self.A[rows]
+        units = np.flatnonzero(((chosen != 0.0).sum(axis=1) == 1) & (chosen.sum(axis=1) == 1.0))
+        return [(int(a), int(np.argmax(chosen[a]))) for a in units]
+
     def name(self, i: int, side: int) -> str:
         """Return the name of a row with its side.
 

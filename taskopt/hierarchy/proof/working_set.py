@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask, StateArray
-from taskopt.hierarchy.proof.basis import Basis, choose_basis, inverse_of
+from taskopt.hierarchy.proof.basis import Basis, choose_basis, fixed_unknowns, inverse_of
 from taskopt.hierarchy.proof.coupling import coupled
 from taskopt.hierarchy.proof.enclosure import Enclosure
 from taskopt.hierarchy.proof.linear import solve
@@ -204,6 +204,9 @@ class _Solution:
             if free is None:
                 return tuple(self.basis.rows[-1:])
             z = z + Z @ free
+        B = self.problem.A[self.basis.rows]
+        for j, a in fixed_unknowns(B):
+            z.parts[:, j] = self.t.parts[:, a] / np.array([1.0, 1.0, np.sign(B[a, j])])[:, None] / B[a, j]
         self.z = z
         self.multipliers.append(-(V.T @ (W @ z)))
         return ()
@@ -232,9 +235,12 @@ class _Signs:
         bound = problem.upper if side > 0 else problem.lower
         loose = np.isfinite(bound) & ~problem.equality & ~problem.zero & ~(held.rows & (held.side == side))
         rows = np.flatnonzero(loose)
-        over = problem.A[rows] @ self.solution.z - bound[rows][:, None]
+        value = problem.A[rows] @ self.solution.z
+        for a, j in problem.unit_rows(rows):
+            value.parts[:, a] = self.solution.z.parts[:, j]
+        over = value - bound[rows][:, None]
         outside = over.positive if side > 0 else over.negative
-        inside = over.negative if side > 0 else over.positive
+        inside = (over.negative if side > 0 else over.positive) | ~over.parts.any(axis=0)
         self.wrong += [(i, side) for i in rows[outside[:, 0]].tolist()]
         self.undecided += [(i, side) for i in rows[~outside[:, 0] & ~inside[:, 0]].tolist()]
 

@@ -167,3 +167,18 @@ def test_a_row_that_repeats_another_does_not_hide_the_limits() -> None:
     answer, _ = ActiveSet()(hierarchy)
     assert np.count_nonzero(answer.state[:n]) > MOST_UNDECIDED
     assert judge(hierarchy, answer.x, answer.state).proven
+
+
+@pytest.mark.parametrize("bound", [0.0, 0.3])
+@pytest.mark.parametrize("held", [0, 1])
+def test_any_number_of_exact_ties_on_single_unknowns_is_decided(bound: float, held: int) -> None:
+    """Level 2 asks for exactly the upper bounds of eleven unknowns, which level 1 has nothing to do with."""
+    n = 13
+    row = np.zeros((2, n))
+    row[:, :2] = [[1.0, 0.7], [1.0, 0.3]]
+    posture = Level(np.eye(n), np.full(n, bound))
+    hierarchy = Hierarchy([Level(row[:1], [0.1]), posture], box=(-np.ones(n), np.full(n, bound)))
+    x = lexicographic_optimum(hierarchy)
+    state = np.where(np.arange(2 * n + 1) < n, held, 0).astype(np.int8)
+    state[:2] = 0
+    assert judge(hierarchy, x, state).proven
