@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import Mask
+from taskopt.arrays import IntArray, Mask
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import GOAL_POSITION
 from taskopt.kinematics.collision.near import NearDistances
@@ -68,8 +68,7 @@ class BoundClearance(BoundTask):
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Measure the distances of near pairs and write their rows; see `RowPart.fill`."""
         of = self._distances
-        of.update_near(configuration)
-        near = of.near[self._counts[of.near] & (of.distance[of.near] < self._influence[of.near])]
+        near = self._near(configuration)
         room = of.distance[near] - self._margin[near]
         if near.size > len(self.error):
             nearest = np.argpartition(room, len(self.error))[: len(self.error)]
@@ -80,3 +79,18 @@ class BoundClearance(BoundTask):
         self.error[:count], self.error[count:] = np.maximum(-room, 0.0), 0.0
         if rows.label.size:
             rows.label[:count], rows.label[count:] = near + 1.0, 0.0
+
+    def is_kept(self, configuration: Configuration) -> bool:
+        """Return True if all pairs keep their margins.
+
+        Args:
+            configuration: The robot at q.
+        """
+        near = self._near(configuration)
+        return bool((self._distances.distance[near] >= self._margin[near]).all())
+
+    def _near(self, configuration: Configuration) -> IntArray:
+        """Measure the pairs that may be near; return those within their influence that the goals move."""
+        of = self._distances
+        of.update_near(configuration)
+        return of.near[self._counts[of.near] & (of.distance[of.near] < self._influence[of.near])]

@@ -37,6 +37,7 @@ from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
 from taskopt.kinematics.task import BoundTask
 from taskopt.loop.loop import Loop
+from taskopt.loop.pose.clearance import BoundClearance
 from taskopt.loop.pose.ranges import PositionRanges
 from taskopt.loop.pose.solution import GoalError
 from taskopt.loop.pose.stack import LARGEST_STEP, STEP, BoundTrustRegion
@@ -153,6 +154,7 @@ class Descent:
         pairs = tuple(zip(map(_measured, self.plan.tasks), numbers, strict=True))
         self._levels = [[known for known, k in pairs if k == level] for level in range(1, max(numbers) + 1)]
         self._goals = list(chain(*self._levels[:required]))
+        self._clearances = [task for task in self.plan.tasks if isinstance(task, BoundClearance)]
         self._small = sum(_largest_met(known.task.weight) for known in self._goals)
         self._required, self._ranges = required, ranges
 
@@ -171,6 +173,17 @@ class Descent:
             q: Any posture, (nq,) [rad, m].
         """
         self.plan.aim(q, 0.0)
+
+    def is_clear(self, q: Array) -> bool:
+        """Return True if the distances that the stack keeps are kept at a posture.
+
+        Args:
+            q: The posture, (nq,) [rad, m].
+        """
+        if not self._clearances:
+            return True
+        self.plan.configuration.update(q)
+        return all(task.is_kept(self.plan.configuration) for task in self._clearances)
 
     def reach(self, q: Array, iterations: int) -> End:
         """Go from a posture to the goals.

@@ -1,8 +1,9 @@
 """Find a posture at which goals are met: `PoseSolver`, and its short form `solve_pose`."""
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import chain
+from itertools import chain, islice
 
 import numpy as np
 
@@ -31,6 +32,7 @@ _SCAN = (
 )
 _REST = 100  # ticks for the levels below the goals to come to rest
 _POLISHED = 3  # of the nearest ends, where none met the goals
+_WAITING = 20  # starts in which links or obstacles overlap, at most, while others are tried
 _FREE_STARTS = 20  # starts of the search without limits
 _KINDS: dict[tuple[int, ...], type[FrameTask | PositionTask | OrientationTask]] = {
     (3,): PositionTask,
@@ -189,9 +191,25 @@ class PoseSolver:
         if first is not None:
             yield first, _FIRST
             starts -= 1
-        if starts:
-            for q in self._starts.nearest(starts, near):
-                yield self._with_still_joints(q, anchor), _SCAN
+        for q in islice(self._clear_first(anchor, near), starts):
+            yield q, _SCAN
+
+    def _clear_first(self, anchor: Array, near: Array | None) -> Iterator[Array]:
+        """Yield the postures drawn, those nearest to the goals first, but let those that overlap wait.
+
+        Where links or obstacles overlap, the first steps only move them apart, and fewer descents from there
+        meet the goals. The first tick of a descent finds the distances of its start measured.
+        """
+        waiting: deque[Array] = deque()
+        for posture in self._starts.nearest(self._count, near):
+            q = self._with_still_joints(posture, anchor)
+            if self._goals.is_clear(q):
+                yield q
+                continue
+            waiting.append(q)
+            if len(waiting) > _WAITING:  # there may be no other, since some links overlap in every posture
+                yield waiting.popleft()
+        yield from waiting
 
     def _with_still_joints(self, q: Array, anchor: Array) -> Array:
         """Return a posture in which joints that do not move the goals are as in another posture, `anchor`."""

@@ -105,3 +105,22 @@ def test_two_hands_of_a_dual_arm_are_placed() -> None:
     counted = (distances.collision.turn[:, moved] != 0.0).any(axis=1)
     assert counted.sum() > 1000
     assert distances.distance[counted].min() >= limit.margin - 1e-9
+
+
+def test_starts_in_which_a_link_overlaps_a_sphere_wait_for_twenty_others() -> None:
+    """Nearest first, as long as they are clear by the closed form; never more than twenty wait."""
+    spheres = [Sphere((c.real, c.imag, 0.0), RADIUS) for c in CENTRES]
+    limits = [JointPositionLimit(), ObstacleLimit(spheres, margin=MARGIN)]
+    solver = PoseSolver(ARM, {"tip": (0.6, 0.15, 0.0)}, limits=limits, postures=200)
+    anchor = ARM.posture("middle")
+    solver._goals.aim(anchor)
+    plain, ordered = list(solver._starts.nearest(200, None)), list(solver._clear_first(anchor, None))
+    is_clear = [least_distance(q) >= RADIUS + 0.02 + MARGIN for q in plain]
+    assert not all(is_clear[:10])
+    expected, waiting = [], []
+    for q, clear in zip(plain, is_clear, strict=True):
+        (expected if clear else waiting).append(q)
+        if len(waiting) > 20:
+            expected.append(waiting.pop(0))
+    assert len(expected) > 100
+    np.testing.assert_array_equal(ordered, expected + waiting)
