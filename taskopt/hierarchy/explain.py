@@ -10,9 +10,10 @@ from taskopt.hierarchy.certificate import Certificate
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.layout import Block
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.proof import Verdict
 from taskopt.hierarchy.review import LevelAccount, Review
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import EXPLAINED_MET, PROVEN
+from taskopt.hierarchy.tolerances import EXPLAINED_MET
 
 _VERDICT = {
     Status.SOLVED: "claimed to be the optimum",
@@ -22,6 +23,13 @@ _VERDICT = {
     Status.RELAXED: "claimed to be the optimum after hard limits gave way",
     Status.BRAKED: "no optimum, it brakes: the hard limits contradict each other",
     Status.FAILED: "no answer",
+}
+
+_JUDGED = {
+    Verdict.PROVEN: "proven",
+    Verdict.PROVEN_IF: "proven on a condition",
+    Verdict.REFUTED: "refuted, it is not the optimum",
+    Verdict.UNDECIDED: "not proven",
 }
 
 
@@ -67,16 +75,14 @@ def explain(
 
 
 def _proof(status: Status, certificate: Certificate) -> str:
-    """Return the sentence about the certificate."""
-    if status is Status.FORMULA:
-        verdict = (
-            "it is the optimum all the same"
-            if certificate.proves()
-            else "it is not the optimum inside the limits"
-        )
-    else:
-        verdict = "proven" if certificate.proves() else f"not proven, which takes {PROVEN:g}"
-    return f"Certificate: {certificate}; {verdict}."
+    """Return the verdict with its reason, and the KKT residuals as detail."""
+    judgement = certificate.judgement
+    word = _JUDGED[judgement.verdict]
+    if status is Status.FORMULA and judgement.proven:
+        word = "it is the optimum all the same"
+    if status is Status.FORMULA and judgement.verdict is Verdict.REFUTED:
+        word = "it is not the optimum inside the limits"
+    return f"Certificate: {word}. {judgement.reason} KKT residuals: {certificate}."
 
 
 def _accuracy(review: Review) -> list[str]:
