@@ -109,7 +109,7 @@ def damping_of(level: Sequence[BoundTask], k: int) -> list[tuple[BoundLevelDampi
     return [(damping, k) for damping in found]
 
 
-def check_gains(tasks: Sequence[BoundTask], dt: float) -> None:
+def set_dt(tasks: Sequence[BoundTask], dt: float) -> None:
     """Set the time between ticks of all tasks, and refuse a gain with which a task would not converge.
 
     Args:

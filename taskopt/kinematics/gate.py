@@ -12,7 +12,7 @@ import numpy as np
 from taskopt.arrays import Array, BoolArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
-from taskopt.kinematics.parameter import Numbers, Ramp, Setting
+from taskopt.kinematics.parameter import Numbers, Ramp, Setting, compact
 from taskopt.kinematics.task.base import BoundTask
 from taskopt.kinematics.task.transition import band, reach_of
 
@@ -217,5 +217,4 @@ class Weight:
 
     def read(self) -> Array | float:
         """Return a copy of the weights, or one float where all are equal."""
-        present = np.where(self._gate.weighted, self._task.weight, 0.0)
-        return float(present[0]) if bool((present == present[0]).all()) else present
+        return compact(np.where(self._gate.weighted, self._task.weight, 0.0))

@@ -114,8 +114,7 @@ class Numbers:
 
     def read(self) -> Array | float:
         """Return a copy of the numbers, or one float where all are equal."""
-        first = float(self._array.flat[0])
-        return first if bool((self._array == first).all()) else self._array.copy()
+        return compact(self._array)
 
 
 class Followed:
@@ -150,6 +149,19 @@ class Followed:
     def read(self) -> Setting:
         """Return the present value."""
         return self._parameter.read()
+
+
+def compact(numbers: Array) -> Array | float:
+    """Write numbers as a user reads them.
+
+    Args:
+        numbers: One or more numbers.
+
+    Returns:
+        One float where all are equal, else a copy of the array.
+    """
+    first = float(numbers.flat[0])
+    return first if bool((numbers == first).all()) else numbers.copy()
 
 
 def one_number(name: str, value: ArrayLike, least: float, most: float = np.inf) -> float:

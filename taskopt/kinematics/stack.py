@@ -16,10 +16,10 @@ from taskopt.hierarchy.view import box_of, rows_of
 from taskopt.kinematics.binding import (
     bound_limit,
     bound_task,
-    check_gains,
     damping_of,
     layout_of,
     named_obstacles,
+    set_dt,
 )
 from taskopt.kinematics.changes import LEVEL, Changes
 from taskopt.kinematics.configuration import Configuration
@@ -145,7 +145,7 @@ class Plan:
         hard += [BoundCoupling(robot, robot.couplings)] if robot.couplings else []
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
         self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
-        check_gains(self.tasks, dt)
+        set_dt(self.tasks, dt)
         owners = chain.from_iterable(limit.owners for limit in boxes)
         named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
@@ -300,7 +300,7 @@ class Plan:
             InvalidValue: dt ≤ 0, a gain is too large for it, or a user's own limit cannot change its Δt.
         """
         dt = positive("dt", dt)
-        check_gains(self.tasks, dt)
+        set_dt(self.tasks, dt)
         for limit in self.limits:
             if not limit.constant and type(limit).retime is Part.retime:
                 raise InvalidValue(
@@ -362,10 +362,8 @@ class Plan:
             found |= {f"{task.name}.{attribute}": p for attribute, p in task.adjustable().items()}
             if gate := self._gates.get(task.name):
                 address = f"{task.name}.enabled"
-                found[f"{task.name}.weight"], found[f"{task.name}.axes"] = (
-                    Weight(task, gate),
-                    Axes(task, gate),
-                )
+                found[f"{task.name}.weight"] = Weight(task, gate)
+                found[f"{task.name}.axes"] = Axes(task, gate)
                 found[address] = Enabled(address, [gate])
         for k, level in enumerate(levels, 1):
             address = f"{LEVEL}{k}.enabled"

@@ -60,12 +60,8 @@ class Mover:
         self._core = np.array(sizes).reshape(-1, 2)[:, 0]
         self._space = PoseSpace(f"the pose of {self.name}")
         self._begin = np.array(self._solid.placement.homogeneous)
-        self.pose, self._next, self._rate, self.twist = (
-            self._begin.copy(),
-            np.eye(4),
-            np.zeros(6),
-            np.zeros(6),
-        )
+        self.pose, self._next = self._begin.copy(), np.eye(4)
+        self._rate, self.twist = np.zeros(6), np.zeros(6)
         self.start(0.0)
 
     def start(self, t: float) -> None:

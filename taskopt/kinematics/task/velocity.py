@@ -44,7 +44,7 @@ class JointVelocityTask(Task):
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        different(self.joints)
+        check_distinct(self.joints)
 
     def bind(self, robot: Robot, name: str) -> "BoundJointVelocities":
         """Return the rows for a robot; see `Task.bind`.
@@ -84,7 +84,7 @@ class LowAccelerationTask(Task):
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        different(self.joints)
+        check_distinct(self.joints)
 
     def bind(self, robot: Robot, name: str) -> "BoundLowAcceleration":
         """Return the rows for a robot; see `Task.bind`.
@@ -194,7 +194,7 @@ class BoundLowAcceleration(_BoundUnitRows):
         rows.lower[:] = rows.upper[:] = self._last
 
 
-def different(joints: Sequence[str] | None) -> None:
+def check_distinct(joints: Sequence[str] | None) -> None:
     """Check that names of joints are a list without repetition.
 
     Args:

@@ -27,9 +27,7 @@ Goals = Mapping[str, Value] | Stack
 POSTURES = 1000  # drawn once for each solver; the nearest of them are the starts
 STARTS = 100
 _FIRST = 50  # ticks of the descent from a start that was given
-_SCAN = (
-    15  # ticks of a descent from one that was drawn; most take seven, and another start is better than more
-)
+_SCAN = 15  # ticks from one that was drawn; most take seven, and another start is better than more
 _REST = 100  # ticks for the levels below the goals to come to rest
 _POLISHED = 3  # of the nearest ends, where none met the goals
 _WAITING = 20  # starts in which links or obstacles overlap, at most, while others are tried
