@@ -119,6 +119,23 @@ def test_a_copied_controller_goes_on_as_the_original(how: str, resolver: str) ->
     assert control.parameters["hand.gain"] == 3.0
 
 
+@pytest.mark.parametrize("name", ["rest", "level up"])
+def test_a_copy_has_the_changed_parameters_of_a_task_of_any_name(name: str) -> None:
+    """A task whose name begins as the address of a level does keeps its weight and its switch."""
+    loop = Controller(robot("panda"), Stack([[JointTask(name=name)]]), dt=DT)
+    loop.set({f"{name}.weight": 0.25, f"{name}.enabled": False})
+    loop.step(generic_q(robot("panda"), 0), 0.0)
+    copied = copy.deepcopy(loop).parameters
+    assert copied[f"{name}.weight"] == 0.25
+    assert copied[f"{name}.enabled"] is False
+
+
+def test_a_task_that_is_named_as_a_whole_level_is_refused() -> None:
+    """Else "level 1.enabled" would switch either the task or the level."""
+    with pytest.raises(InvalidValue, match="'level 1' is the name of a whole level"):
+        Controller(robot("panda"), Stack([[JointTask(name="level 1")]]), dt=DT)
+
+
 def test_a_copy_has_a_latest_target_of_its_own() -> None:
     """Each copy is led by its own `Latest`, and starts from the value that the original had."""
     target = Latest()

@@ -9,10 +9,9 @@ from collections.abc import Mapping
 
 from taskopt.arrays import positive
 from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.gate import LevelEnabled
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
 from taskopt.kinematics.redirection import TargetParameter
-
-LEVEL = "level "  # how the addresses of whole levels begin
 
 
 class Changes:
@@ -91,8 +90,7 @@ class Changes:
         return {
             name: parameter.read()
             for name, parameter in self.parameters.items()
-            if not (isinstance(parameter, TargetParameter) or name.endswith(".target"))
-            and not name.startswith(LEVEL)
+            if not (isinstance(parameter, TargetParameter | LevelEnabled) or name.endswith(".target"))
         }
 
     def read(self) -> dict[str, Setting]:

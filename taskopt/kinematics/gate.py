@@ -123,11 +123,11 @@ class Gate:
 
 
 class Enabled:
-    """The parameter "enabled" of one task, or of all tasks of a level.
+    """The parameter "enabled" of one task.
 
     Args:
         name: Name of the parameter, for messages.
-        gates: Gates of the task, or of all tasks of the level.
+        gates: Gates of the task; those of several tasks for `LevelEnabled`.
     """
 
     def __init__(self, name: str, gates: Sequence[Gate]) -> None:
@@ -154,6 +154,10 @@ class Enabled:
     def read(self) -> bool:
         """Return True if at least one of the tasks is on, or being switched on."""
         return any(gate.enabled for gate in self._gates)
+
+
+class LevelEnabled(Enabled):
+    """The parameter "enabled" of a level, which switches all tasks of the level."""
 
 
 class Axes:

@@ -21,9 +21,9 @@ from taskopt.kinematics.binding import (
     named_obstacles,
     set_dt,
 )
-from taskopt.kinematics.changes import LEVEL, Changes
+from taskopt.kinematics.changes import Changes
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.gate import Axes, Enabled, Gate, Weight
+from taskopt.kinematics.gate import Axes, Enabled, Gate, LevelEnabled, Weight
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
@@ -82,8 +82,8 @@ class Stack:
         Raises:
             UnknownName: The robot lacks a frame or joint.
             InvalidValue: dt ≤ 0; sizes do not fit; gain · dt ≥ 2 in a task, for which Euler steps diverge
-                from the target; or a user's own task or limit is incomplete, in which case the message names
-                what it lacks.
+                from the target; a task is named as a whole level is, such as "level 1"; or a user's own task
+                or limit is incomplete, in which case the message names what it lacks.
         """
         return Plan(self, robot, positive("dt", dt))
 
@@ -366,8 +366,11 @@ class Plan:
                 found[f"{task.name}.axes"] = Axes(task, gate)
                 found[address] = Enabled(address, [gate])
         for k, level in enumerate(levels, 1):
-            address = f"{LEVEL}{k}.enabled"
-            found[address] = Enabled(address, [self._gates[t.name] for t in level if t.name in self._gates])
+            address = f"level {k}.enabled"
+            if address in found:
+                raise InvalidValue(f"'level {k}' is the name of a whole level; give the task another name")
+            gates = [self._gates[t.name] for t in level if t.name in self._gates]
+            found[address] = LevelEnabled(address, gates)
         for name, limit in zip(numbered(limit.name for limit in self.limits), self.limits, strict=True):
             for attribute, p in limit.adjustable().items():
                 found[f"{name}.{attribute}"] = Followed(p, self._write_base_box) if limit.constant else p
