@@ -1,5 +1,6 @@
 """The commands `taskopt bench …`."""
 
+from collections import deque
 from pathlib import Path
 from typing import Annotated
 
@@ -90,6 +91,51 @@ def fuzz(
         tallies += [*steps][-1:]
     terminal().print(table(tallies))
     if not all(tally.clean for tally in tallies):
+        raise typer.Exit(1)
+
+
+@bench.command()
+def proof(
+    problems: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Number of problems of each family with exact references.")
+    ] = 100,
+    lies: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Number of problems of each family to lie about.")
+    ] = 20,
+    pairs: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Number of larger problems of each family.")
+    ] = 10,
+    resolvers: Annotated[
+        list[str] | None,
+        typer.Option("-r", "--resolver", metavar="NAME", help="Name of a resolver, once for each."),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other problems.")] = 0,
+) -> None:
+    """Judge answers to badly scaled problems by exact references.
+
+    The exit code is 1 if a wrong answer is proven, an error bound is below the true error, or two answers
+    differ by more than their bounds.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from taskopt.bench import lies as attempts
+    from taskopt.bench.proof import RESOLVERS, measure, table, verdict
+    from taskopt.bench.scaled_problems import FAMILIES
+    from taskopt.report import terminal
+
+    behind, names, tallies = Console(stderr=True), tuple(resolvers or RESOLVERS), []
+    for family in FAMILIES:
+        judging, hidden = measure(problems, names, seed, (family,)), not behind.is_terminal
+        steps = track(judging, family, problems, console=behind, transient=True, disable=hidden)
+        tallies += [*steps][-1]
+    told = attempts.Lies()
+    deque(attempts.try_lies(told, lies, seed), maxlen=0)
+    deque(attempts.compare(told, pairs, ("active-set", "hqp/clarabel"), seed), maxlen=0)
+    out = terminal()
+    out.print(table(tallies))
+    out.print(f"{verdict(tallies)}\n{told}", highlight=False, markup=False)
+    if not (told.clean and all(tally.clean for tally in tallies)):
         raise typer.Exit(1)
 
 
