@@ -13,7 +13,7 @@ Letters after the number change the case:
           posture
     h     the feet as hard equalities
     x     saturated: the circle lies 1 m ahead and cannot be reached, and with a gain of 1 per tick up to 30
-          joints run into their bounds and back on every tick
+          joints run into their bounds and back on every tick; without damping, which no peer has
 """
 
 from dataclasses import dataclass
@@ -29,6 +29,7 @@ from taskopt import (
     JointTask,
     JointVelocityLimit,
     Latest,
+    RestDamping,
     Robot,
     Stack,
 )
@@ -119,7 +120,9 @@ def benchmark_case(name: str, ticks: int) -> BenchmarkCase:
     if "x" in name:
         for pose in poses:
             pose[:3, 3] += OUT_OF_REACH
-    return BenchmarkCase(name, robot, q0, frame, hand, Stack(levels=levels, limits=limits), poses)
+    damping = None if "x" in name else RestDamping()
+    stack = Stack(levels=levels, limits=limits, damping=damping)
+    return BenchmarkCase(name, robot, q0, frame, hand, stack, poses)
 
 
 def weights(name: str) -> dict[str, float]:

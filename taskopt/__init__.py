@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from taskopt.hierarchy.damping import NakamuraHanafusa as NakamuraHanafusa
     from taskopt.hierarchy.damping import NoDamping as NoDamping
     from taskopt.hierarchy.damping import NumericalFiltering as NumericalFiltering
+    from taskopt.hierarchy.damping import RestDamping as RestDamping
     from taskopt.hierarchy.damping import Sugihara as Sugihara
     from taskopt.hierarchy.layout import Block as Block
     from taskopt.hierarchy.layout import Layout as Layout
@@ -199,7 +200,8 @@ _NAMES = {  # module: the names that live there
     "taskopt.hierarchy.alternation": "Alternation alternations",
     "taskopt.hierarchy.certificate": "Certificate certify",
     "taskopt.hierarchy.damping": (
-        "Chiaverini ConstantDamping Damping NakamuraHanafusa NoDamping NumericalFiltering Sugihara"
+        "Chiaverini ConstantDamping Damping NakamuraHanafusa NoDamping NumericalFiltering RestDamping "
+        "Sugihara"
     ),
     "taskopt.hierarchy.layout": "Block Layout",
     "taskopt.hierarchy.multipliers": "certify_velocity",
@@ -222,28 +224,28 @@ _NAMES = {  # module: the names that live there
     "taskopt.kinematics.configuration": "Configuration",
     "taskopt.kinematics.geometry": "Box Capsule HalfSpace Sphere",
     "taskopt.kinematics.limit": (
-        "BoundLimit FloatingBaseVelocityLimit FrameDistanceLimit FrameVelocityLimit "
-        "JointAccelerationLimit JointPositionLimit JointVelocityLimit Limit ObstacleLimit "
-        "RateLimit RowLimit SelfCollisionLimit SupportPolygonLimit"
+        "BoundLimit FloatingBaseVelocityLimit FrameDistanceLimit FrameVelocityLimit JointAccelerationLimit "
+        "JointPositionLimit JointVelocityLimit Limit ObstacleLimit RateLimit RowLimit SelfCollisionLimit "
+        "SupportPolygonLimit"
     ),
     "taskopt.kinematics.objective": (
-        "ForceRatio JointRange Manipulability Objective ObstacleDistance SelfDistance "
-        "UserFunction VelocityRatio"
+        "ForceRatio JointRange Manipulability Objective ObstacleDistance SelfDistance UserFunction "
+        "VelocityRatio"
     ),
     "taskopt.kinematics.orientation": "EulerAngles RPY ZYZ",
     "taskopt.kinematics.robot": (
         "anthropomorphic_arm anthropomorphic_with_wrist Coupling cylindrical_arm DHRow four_bar "
-        "parallelogram_arm planar_arm Robot robot_names scara seven_joint_arm spherical_arm "
-        "spherical_wrist stanford_manipulator"
+        "parallelogram_arm planar_arm Robot robot_names scara seven_joint_arm spherical_arm spherical_wrist "
+        "stanford_manipulator"
     ),
     "taskopt.kinematics.stack": "Plan Stack",
     "taskopt.kinematics.target": "Circle Function Hold Latest Line Target WithoutRate",
     "taskopt.kinematics.task": (
-        "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampedTask "
-        "DampingTask During EulerTask FrameTask GazeTask GradientTask JointCouplingTask "
-        "JointTask JointVelocityTask KineticEnergyTask LevelDamping LinearHolonomicTask "
-        "LookAtTask LoopTask LowAccelerationTask ObjectiveTask OmniwheelTask OrientationTask "
-        "PositionTask QuaternionTask RelativeFrameTask RollingTask SupportPolygonTask Task"
+        "AngleAxisTask AxisAlignmentTask BoundTask BoxTask CentreOfMassTask DampedTask DampingTask During "
+        "EulerTask FrameTask GazeTask GradientTask JointCouplingTask JointTask JointVelocityTask "
+        "KineticEnergyTask LevelDamping LinearHolonomicTask LookAtTask LoopTask LowAccelerationTask "
+        "ObjectiveTask OmniwheelTask OrientationTask PositionTask QuaternionTask RelativeFrameTask "
+        "RollingTask SupportPolygonTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
     "taskopt.loop.controller": "Controller",
@@ -308,8 +310,7 @@ def _way_out(name: str) -> str:
     near = near or near_names(name, __all__, 0.7)
     if near:
         return f"did you mean {' or '.join(near[:3])}?"
-    modules = _modules_that_define(name)
-    if modules:
+    if modules := _modules_that_define(name):
         return f"it lives in {' and '.join(modules)}"
     return "dir(taskopt) lists the names that there are"
 

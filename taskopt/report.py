@@ -213,6 +213,11 @@ def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
     for summary in summaries:
         if summary.fallbacks:
             yield f"{summary.resolver}: a fallback answered {summary.fallbacks} of {summary.ticks} ticks"
+        if summary.damped:
+            yield (
+                f"{summary.resolver}: {_share(summary.damped, summary.ticks)} of the ticks are damped, up to "
+                f"{summary.damping_distance:.2g} rad/s from the optimum without damping"
+            )
         yield from (f"{summary.resolver}: {sentence}" for sentence in summary.continuity.sentences())
 
 

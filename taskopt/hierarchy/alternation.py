@@ -20,7 +20,10 @@ _JUDGED = 100  # changes of one bound that are examined: more cost time (singula
 
 ADVICE = {
     "tolerance": "its multiplier is zero, and rounding decides; widen it a little, or ask less next to it",
-    "rank": "a level is near a loss of rank, as where a target is out of reach; damp it, or ask for less",
+    "rank": (
+        "a level is near a loss of rank, as where a target is out of reach; damp it, as RestDamping() of a "
+        "stack does, or ask for less"
+    ),
     "gain": "targets are overshot from tick to tick; lower the gain below 1/Δt",
     "dt": "the bound itself moves more than a step can follow; shorten Δt, or lower the limit's gain",
 }
@@ -107,8 +110,8 @@ class AlternationWatch:
         old, new = ({str(row): row.multiplier for row in tick.active} for tick in (previous, now))
         changed = [(name, self._counts.setdefault(name, _Count())) for name in old.keys() ^ new.keys()]
         if any(count.changes < _JUDGED for _, count in changed):
-            overshot = _overshot(previous.problem, now.problem)
-            near_rank_loss = _near_rank_loss(previous.problem, now.problem)
+            before, after = _declared(previous), _declared(now)
+            overshot, near_rank_loss = _overshot(before, after), _near_rank_loss(before, after)
             for name, count in changed:
                 if count.changes < _JUDGED:
                     tick, multiplier = (previous, old[name]) if name in old else (now, new[name])
@@ -145,6 +148,11 @@ def alternations(
     for resolution in resolutions:
         watch.add(resolution)
     return watch.found(per_second)
+
+
+def _declared(resolution: Resolution) -> Hierarchy:
+    """Return the problem of a tick without rows of `RestDamping`, which not every tick has."""
+    return (resolution.undamped or resolution).problem
 
 
 def _may_differ(previous: Resolution, now: Resolution) -> bool:

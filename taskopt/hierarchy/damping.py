@@ -204,5 +204,17 @@ class Sugihara:
         return np.full_like(sigma, 0.5 * float(b @ b) / self.gain**2 + self.bias)
 
 
+@dataclass(frozen=True)
+class RestDamping:
+    """Let the robot rest where tasks cannot be met; there is nothing to tune.
+
+    At a tick at which a level is near a loss of rank, and cannot meet what is asked for, rows of damping
+    stand in the hierarchy: `rest of level k` in level k, and `free directions of level k` in level k + 1. See
+    `taskopt.hierarchy.rest` for the formulas. All other ticks are without damping.
+    """
+
+    name: ClassVar[str] = "rest"
+
+
 NONE, CONSTANT = NoDamping(), ConstantDamping()
 POLICIES = (CONSTANT, NakamuraHanafusa(), Chiaverini(), NumericalFiltering(), Sugihara())

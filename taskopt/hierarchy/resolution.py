@@ -37,10 +37,13 @@ class Resolution:
         x: The unknowns, (n,).
         notes: Sentences on measures that were needed to get an answer, or on why a formula gives none.
         fallback: Name of the method that answered because `active-set` failed; None if it did not fail.
+        undamped: The answer without damping, if the problem has rows of `RestDamping` that its stack does not
+            declare; else None.
     """
 
     notes: tuple[str, ...] = ()
     fallback: str | None = None
+    undamped: "Resolution | None" = None
 
     def __init__(
         self,
@@ -77,7 +80,29 @@ class Resolution:
         )
         new.notes = self.notes if notes is None else notes
         new.fallback = self.fallback if fallback is None else fallback
+        new.undamped = self.undamped
         return new
+
+    def damped_from(self, undamped: "Resolution") -> "Resolution":
+        """Return the same answer as one with damping.
+
+        Args:
+            undamped: The answer without damping.
+
+        Returns:
+            A new record that shares the arrays of this one.
+        """
+        new = self.replaced()
+        new.undamped = undamped
+        return new
+
+    @property
+    def damping_distance(self) -> float:
+        """Largest difference from the answer without damping, ‖x − undamped.x‖∞; 0 without damping.
+
+        NaN if there is no answer without damping.
+        """
+        return 0.0 if self.undamped is None else float(np.abs(self.x - self.undamped.x).max())
 
     @cached_property
     def _parts(self) -> Answer:
@@ -188,8 +213,17 @@ class Resolution:
             self.review if finite else None,
             fixed_rows(self.problem, self.multipliers) if finite else (),
         )
-        return "\n".join([*self.notes, text])
+        damped = () if self.undamped is None else (_of_damping(self.damping_distance),)
+        return "\n".join([*self.notes, *damped, text])
 
     def __repr__(self) -> str:
         status = f"claims {self.status.name}" if self.claimed else self.status.name
         return f"Resolution(x={np.array2string(self.x, precision=6)}, {status}, {self.certificate})"
+
+
+def _of_damping(distance: float) -> str:
+    """Return the sentence on the damping of a tick."""
+    return (
+        f"Damped, so that the robot comes to rest: {distance:.3g} apart from the optimum without damping. "
+        "The problem below has rows of that damping."
+    )

@@ -712,3 +712,40 @@ DOUBTFUL_LOST = 1e-13
 Smaller: rounding errors are taken for directions. Larger: a difference that comes from the rank blames the
 solver.
 """
+
+# --- Damping at rest: hierarchy/rest, hierarchy/rank_doubt ----------------------------------------------
+
+REST_LEAST = 1e-12
+"""Threshold ε² below which nothing is damped, in the unit of the squared singular values.
+
+Smaller: rounding errors of tasks that are met are taken for errors that remain. Larger: a robot whose target
+is barely out of reach shakes by velocities of about ε/Δt over the lever arm.
+"""
+
+THRESHOLD_FOUND = 1e-3
+"""Relative change of ε² in one round below which its fixed point is found.
+
+Smaller: more rounds for digits that do not matter, since any ε² above the fixed point is stable. Larger: more
+damping than is needed.
+"""
+
+FREE_DIRECTION_WEIGHT = 1e4
+"""Weight of the rows that damp the free directions of a blocked level, relative to the rows of their level.
+
+Smaller: lower levels move on while the null space turns, and shake by the share that is left of their speed.
+Larger: lower levels are held to rest more closely, and the level below is harder to solve.
+"""
+
+DEPENDENT_DIRECTION = 1e-9
+"""Singular value of rows of length 1 below which they leave a direction free for damping.
+
+Smaller: rows that depend up to rounding hold a direction, which is then not damped. Larger: directions that
+are held to a small part are damped, too.
+"""
+
+ZERO_ROW = 1e-12
+"""Length of a row, and of its right-hand side, below which the row asks for nothing at any posture.
+
+Smaller: the third row of a planar arm's position, which is zero up to rounding, sends every tick through the
+full search for directions to damp. Larger: a row that a posture makes small is left out of the test.
+"""

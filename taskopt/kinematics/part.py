@@ -140,11 +140,13 @@ class RowPart(Part):
 
     Attributes:
         fixed_target: True if `aim` need not be called on every tick, since the target stands still.
+        curved: False if A never changes with the posture; rows that are unit vectors count as such anyway.
         choices: Names that a row may have instead of its own; `fill` writes the number of the
             name, counted from 1, as the label of the row. Empty where each row has one name for good.
     """
 
     fixed_target: bool = False
+    curved: bool = True
     choices: tuple[str, ...] = ()
 
     def __init__(

@@ -12,7 +12,8 @@ kernels share it.
 
 The function reads two arrays. `program` holds integers: a header, then the entry of each part, which ends
 with the part's own parameters. `numbers` holds all floats of the plan: the buffer of the hierarchy, its norm,
-the bounds of velocities with which each tick starts (the box), and the memories of the parts.
+the bounds of velocities with which each tick starts (the box), the memories of the parts, and what
+`rank_in_doubt` keeps from tick to tick.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -26,6 +27,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.rank_doubt import new_watch, watch_size
 from taskopt.hierarchy.view import Rows, box_of, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
@@ -91,7 +93,7 @@ class CompiledTick(NamedTuple):
 
 
 def compiled_tick(
-    parts: Sequence[tuple[Part, int]], configuration: Configuration, hierarchy: Hierarchy
+    parts: Sequence[tuple[Part, int]], configuration: Configuration, hierarchy: Hierarchy, groups: IntArray
 ) -> CompiledTick:
     """Make the compiled function of some parts, and move their memory into one array.
 
@@ -100,6 +102,7 @@ def compiled_tick(
             bounds.
         configuration: Robot whose arrays the function reads, now and later.
         hierarchy: Hierarchy in which all constant numbers are written; every tick starts with its box.
+        groups: Groups of curved rows, see `taskopt.hierarchy.rank_doubt.new_watch`.
 
     Returns:
         The function, its arguments, and the hierarchy in its new memory.
@@ -108,7 +111,7 @@ def compiled_tick(
     rows = _distinct(part for part, _ in parts if isinstance(part, RowPart))
     bounds = _distinct(part for part, _ in parts if not isinstance(part, RowPart))
     pieces = [hierarchy.buffer, hierarchy.norm.ravel(), box_of(hierarchy.buffer, n).ravel()]
-    pieces += [part.memory.ravel() for part, _ in parts]
+    pieces += [*(part.memory.ravel() for part, _ in parts), new_watch(n, groups)]
     numbers = np.concatenate(pieces)
     starts = list(accumulate(map(len, pieces), initial=0))
     program = [n, layout.row_count, layout.level_count, starts[1], starts[2]]
@@ -139,6 +142,18 @@ def base_box(tick: Tick) -> Array:
     program, numbers = tick[0], tick[1]
     n, start = int(program[Header.UNKNOWNS]), int(program[Header.BOX])
     return numbers[start : start + 4 * n].reshape(4, n)
+
+
+def watch_of(tick: Tick) -> Array:
+    """Return what `taskopt.hierarchy.rank_doubt` keeps from tick to tick.
+
+    Args:
+        tick: Arguments of the compiled function.
+
+    Returns:
+        View, see `new_watch`. Its first entry is Δt [s], or 0 if no tick is to be damped.
+    """
+    return tick[1][-watch_size(int(tick[0][Header.UNKNOWNS]), int(tick[0][Header.ROWS])) :]
 
 
 def _distinct(parts: Iterable[Part]) -> tuple[FunctionType, ...]:

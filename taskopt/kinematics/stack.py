@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate, chain
 from typing import TypeVar
 
@@ -10,8 +10,10 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.layout import Block, numbered
 from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
+from taskopt.hierarchy.rest_layout import groups_of
 from taskopt.hierarchy.view import box_of, rows_of
 from taskopt.kinematics.binding import (
     bound_limit,
@@ -29,7 +31,7 @@ from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
 from taskopt.kinematics.parameter import Followed, Parameter, Setting
 from taskopt.kinematics.part import Part, RowPart
-from taskopt.kinematics.plan import base_box, compiled_tick, flawed
+from taskopt.kinematics.plan import base_box, compiled_tick, flawed, watch_of
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
@@ -50,6 +52,8 @@ class Stack:
         norm: W (nv, nv), symmetric and positive definite, or its diagonal (nv,). Among the motions that all
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
             smaller. Default: the identity.
+        damping: Damping that a `Controller` or a `Scenario` adds at ticks at which the robot would not come
+            to rest, as where a still target is out of reach; see `RestDamping`. None for none.
 
     Raises:
         InvalidValue: There is no level, a level is empty, or an entry is not a task or not a limit.
@@ -61,11 +65,16 @@ class Stack:
     levels: Sequence[Sequence[Task]]
     limits: Sequence[Limit] = ()
     norm: ArrayLike | None = None
+    damping: RestDamping | None = field(default=RestDamping(), kw_only=True)
 
     def __post_init__(self) -> None:
         levels = tuple(_tuple(level, "a level", Task) for level in self.levels)
         if not levels or not all(levels):
             raise InvalidValue("a stack needs at least one level, and each level at least one task")
+        if not isinstance(self.damping, RestDamping | None):
+            raise InvalidValue(
+                f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
+            )
         object.__setattr__(self, "levels", levels)
         object.__setattr__(self, "limits", _tuple(self.limits, "limits", Limit))
 
@@ -126,6 +135,7 @@ class Plan:
         configuration: Robot at the posture of the last `at`.
         hierarchy: The hierarchy that `at` fills.
         layout: Names and sizes of the hierarchy.
+        groups: Groups of rows whose A changes with the posture, (M,), see `taskopt.hierarchy.rest_layout`.
         fill: Compiled function that calls the kernels of all parts, see `taskopt.kinematics.plan`.
         tick: Arguments of `fill`.
     """
@@ -152,6 +162,7 @@ class Plan:
         self.moving = {m.name: m.pose for limit in self.distance_limits.values() for m in limit.movers}
         self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)))
         self.stack, self._begun = stack, None
+        self.groups = groups_of(self.layout, {task.name for task in self.tasks if task.curved})
         self._velocity = np.zeros(robot.nv)
         self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
         blocks = {block.name: block for block in self.layout.blocks if block.level}
@@ -309,6 +320,7 @@ class Plan:
         for part in (*self.limits, *self.tasks):
             part.retime(dt)
         self.dt = dt
+        self._write_base_box()
 
     @property
     def in_one_call(self) -> bool:
@@ -377,7 +389,8 @@ class Plan:
         return found
 
     def _write_base_box(self) -> None:
-        """Write the box with which every tick begins: the bounds that do not depend on the posture."""
+        """Write the box with which ticks begin, the bounds that do not depend on the posture, and Δt."""
+        watch_of(self.tick)[0] = 0.0 if self.stack.damping is None else self.dt
         bounds = base_box(self.tick)
         bounds[:] = 0.0
         bounds[0], bounds[1] = -np.inf, np.inf
@@ -402,6 +415,7 @@ class Plan:
             [(part, place) for part, place in varying if part.kernel is not None],
             self.configuration,
             hierarchy,
+            self.groups,
         )
         self.fill, self.tick, self.hierarchy = compiled
         self._write_base_box()

@@ -79,6 +79,11 @@ class Controller:
         self._loop.start(q, t)
 
     @property
+    def damped_ticks(self) -> int:
+        """Number of steps that were damped, see `RestDamping`; `resolution.undamped` says it for one step."""
+        return 0 if self._loop.rest is None else self._loop.rest.ticks
+
+    @property
     def parameters(self) -> Mapping[str, Setting]:
         """Present values of all parameters by address, such as "hand.weight"; see `set`."""
         return self.plan.changes.read()

@@ -19,6 +19,7 @@ from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMIT
 from taskopt.jit import nanoseconds_preparing
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.one_call import OneCall, one_call
+from taskopt.loop.rest import Rest
 from taskopt.resolver.base import Memory, Resolver, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
@@ -52,6 +53,9 @@ class Loop:
         resolver: Resolves the hierarchy of each tick.
         policy: What to do if hard limits contradict each other.
         timed: Measure the times of rows and resolver separately, see `seconds`.
+
+    Attributes:
+        rest: Damps ticks that need it; None if the stack has no damping, or the resolver is not strict.
     """
 
     def __init__(
@@ -62,7 +66,8 @@ class Loop:
         self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks)
         self._memory: Memory | None = None
         self._nanoseconds = 0, 0
-        self._one_call: OneCall | None = None if timed else one_call(plan, resolver)
+        self.rest = Rest(plan, resolver) if plan.stack.damping is not None and resolver.strict else None
+        self._one_call: OneCall | None = None if timed else one_call(plan, resolver, self.rest)
         self._answer = self._in_two_calls if self._one_call is None else self._one_call.answer
         self._solved_is_proven = self._one_call is not None  # else SOLVED is the claim of some resolver
 
@@ -142,10 +147,11 @@ class Loop:
         hierarchy = self.plan.at(q, t)
         built = _now()
         returned = self.resolver(hierarchy, self._memory)
-        self._nanoseconds = built - begin, _now() - built
         if self._memory is None:  # on every tick the check of the form would cost half a microsecond
             require_answer(returned, self.resolver.name, hierarchy)
         resolution, self._memory = returned
+        resolution = resolution if self.rest is None else self.rest.answer(resolution)
+        self._nanoseconds = built - begin, _now() - built
         return resolution
 
     def _checked(self, answer: Resolution, t: float) -> Resolution:

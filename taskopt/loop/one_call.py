@@ -8,12 +8,14 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.rank_doubt import rank_in_doubt, watch_size
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
 from taskopt.jit.borrowed import borrowed
-from taskopt.kinematics.plan import Fill, problem_in
+from taskopt.kinematics.plan import Fill, Header, problem_in
 from taskopt.kinematics.stack import Plan
+from taskopt.loop.rest import Rest
 from taskopt.resolver.active_set.resolver import ActiveSet, resolution_of
 from taskopt.resolver.active_set.tick import LazyTick, new_history, tick, tick_fast
 from taskopt.resolver.active_set.workspace import Outcome
@@ -22,6 +24,7 @@ from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.tick_review import TickReview
 
 FLAWED = -1  # the rows or bounds of a tick hold NaN, or a bound that nothing can meet
+IN_DOUBT = -2  # solved, but a level may be so near a loss of rank that the tick must be damped
 # Looking a member up in its Enum on every tick would cost as much as a short call.
 _SOLVED, _CLAIMED = int(Outcome.SOLVED), Status.SOLVED
 
@@ -36,13 +39,20 @@ class OneCall:
         plan: A plan that is filled by compiled code alone, with a diagonal norm.
         search: The active-set method with its settings.
         conclude: Function that checks or replaces an answer that the search does not claim to be the optimum.
+        rest: Damps ticks that need it; None for no damping.
 
     Attributes:
         history: Working sets of the last ticks, see `taskopt.resolver.active_set.tick`.
     """
 
-    def __init__(self, plan: Plan, search: ActiveSet, conclude: Callable[[Resolution], Resolution]) -> None:
-        self._plan, self._conclude = plan, conclude
+    def __init__(
+        self,
+        plan: Plan,
+        search: ActiveSet,
+        conclude: Callable[[Resolution], Resolution],
+        rest: Rest | None = None,
+    ) -> None:
+        self._plan, self._conclude, self._rest = plan, conclude, rest
         self._width, self._size = plan.layout.width, plan.layout.answer_size
         self.history = new_history(plan.layout)
         self._arguments = *plan.tick, self.history
@@ -71,17 +81,21 @@ class OneCall:
             problem = _problem(plan.filled(t))
             outcome, count = self._apart(problem, self._settings, self.history, state, answer)
             code, rounds = int(outcome), int(count)
+            code = IN_DOUBT if code == _SOLVED and self._rest is not None else code
         else:
             code, rounds = self._entry(*self._arguments, state, answer)
         if code == _SOLVED:
             return Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
+        if code == IN_DOUBT and self._rest is not None:
+            return self._rest.answer(Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview))
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
             self._entry = self._with_search
             return self.answer(q, t)
         if code == FLAWED:
             plan.blame(t)
         resolution = resolution_of(plan.hierarchy, answer, state, code, rounds)
-        return resolution if resolution.claimed else self._conclude(resolution)
+        resolution = resolution if resolution.claimed else self._conclude(resolution)
+        return resolution if self._rest is None else self._rest.answer(resolution)
 
     def compile(self, q: Array, t: float) -> None:
         """Compile the fast path and the search, so that no later tick has to wait for the compiler.
@@ -107,12 +121,13 @@ def _problem(hierarchy: Hierarchy) -> tuple[Array, Array, IntArray, IntArray]:
     return hierarchy.buffer, hierarchy.norm, hierarchy.layout.offsets, hierarchy.layout.columns
 
 
-def one_call(plan: Plan, resolver: Resolver) -> OneCall | None:
+def one_call(plan: Plan, resolver: Resolver, rest: Rest | None = None) -> OneCall | None:
     """Make the compiled call of a plan, if plan and resolver allow it.
 
     Args:
         plan: The stack, compiled for the robot.
         resolver: Any resolver.
+        rest: Damps ticks that need it; None for no damping.
 
     Returns:
         The call; None if Python code fills a row or a bound after the kernels, if the norm is not diagonal,
@@ -121,8 +136,8 @@ def one_call(plan: Plan, resolver: Resolver) -> OneCall | None:
     if not plan.in_one_call or plan.hierarchy.norm.ndim == 2:
         return None
     if isinstance(resolver, ActiveSetWithFallback):
-        return OneCall(plan, resolver.search, resolver.conclude)
-    return OneCall(plan, resolver, _as_it_is) if isinstance(resolver, ActiveSet) else None
+        return OneCall(plan, resolver.search, resolver.conclude, rest)
+    return OneCall(plan, resolver, _as_it_is, rest) if isinstance(resolver, ActiveSet) else None
 
 
 def _as_it_is(resolution: Resolution) -> Resolution:
@@ -134,7 +149,8 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     """Return the compiled tick of a plan: its fill function, then `tick` or `tick_fast`.
 
-    The function returns FLAWED if the rows are flawed.
+    The function returns FLAWED if the rows are flawed, and IN_DOUBT in place of SOLVED if the tick may have
+    to be damped.
     """
 
     @kernel_apart
@@ -147,6 +163,13 @@ def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
             return FLAWED, 0
         buffer, norm, offsets, columns = problem_in(program, numbers)
         settings = np.int64(fast), np.int64(limit)
-        return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+        code, rounds = resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+        n, start = norm.size, program[Header.BOX]
+        watch = numbers[numbers.size - watch_size(n, columns.size) :]
+        if code == _SOLVED and watch[0] > 0.0:
+            base = numbers[start : start + 2 * n]
+            if rank_in_doubt(buffer, norm, offsets, columns, answer[:n], state, base, watch):
+                return IN_DOUBT, rounds
+        return code, rounds
 
     return cast("Entry", fill_and_tick)

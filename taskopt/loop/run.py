@@ -129,7 +129,7 @@ def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q:
         errors={task.name: task.error.copy() for task in plan.tasks},
         desired={name: x_d.copy() for name, x_d, _ in framed},
         actual={name: x.copy() for name, _, x in framed},
-        closed_form=loop.resolver.closed_form(hierarchy),
+        closed_form=loop.resolver.closed_form(resolution.problem),
         distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
         moving={name: pose.copy() for name, pose in plan.moving.items()},
     )

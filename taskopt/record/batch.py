@@ -281,8 +281,9 @@ class Batch:
     @cached_property
     def state(self) -> StateArray:
         """The final active set of each answer, (k, n + M): −1 lower, +1 upper, 0 inactive or equality."""
-        states = np.array([step.resolution.state for step in self.steps])
-        return states[:, self._declared] * self.inequality
+        return (
+            np.array([step.resolution.state[self._declared(step)] for step in self.steps]) * self.inequality
+        )
 
     @cached_property
     def multiplier(self) -> Array:
@@ -290,12 +291,13 @@ class Batch:
 
         It is positive at an upper bound, negative at a lower bound and zero for equality rows.
         """
-        multipliers = np.array([step.resolution.multipliers for step in self.steps])
+        answers = [step.resolution.multipliers[:, self._declared(step)] for step in self.steps]
+        multipliers = np.array(answers)
         size = np.abs(multipliers)
         least = COUNTED_MULTIPLIER * np.maximum(1.0, size.max(axis=1, keepdims=True))
         first = np.argmax(size > least, axis=1)
         chosen = np.take_along_axis(multipliers, first[:, None, :], axis=1)[:, 0]
-        return chosen[:, self._declared] * self.inequality
+        return chosen * self.inequality
 
     @cached_property
     def owner(self) -> IntArray:
@@ -387,14 +389,20 @@ class Batch:
         """The product A v of every row, (k, M)."""
         return np.array([step.hierarchy.A @ step.v for step in self.steps])
 
-    @cached_property
-    def _declared(self) -> IntArray:
-        """The indices of the stack's rows in an answer; a resolver may solve a problem with more rows."""
-        answered = self.steps[0].resolution.problem.layout
+    def _declared(self, step: Step) -> IntArray | slice:
+        """The places of the stack's rows in an answer, whose problem may have more rows, as of damping."""
+        answered = step.resolution.source.layout
         if answered is self.layout:
-            return np.arange(self.layout.width)
-        positions = {name: i for i, name in enumerate([*answered.unknowns, *answered.row_names])}
-        return np.array([positions[name] for name in self.row_names])
+            return slice(None)
+        if answered not in self._places:
+            positions = {name: i for i, name in enumerate([*answered.unknowns, *answered.row_names])}
+            self._places[answered] = np.array([positions[name] for name in self.row_names])
+        return self._places[answered]
+
+    @cached_property
+    def _places(self) -> dict[Layout, IntArray]:
+        """The places that `_declared` found, by layout."""
+        return {}
 
     def _task_block(self, task: str) -> Block:
         """Find the rows of a task by its name; a limit of the same name is at level 0."""

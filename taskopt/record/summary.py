@@ -107,6 +107,8 @@ class Summary:
         claimed: The number of ticks at which the resolver claims an optimum.
         certified: The number of ticks at which the certificate proves an optimum.
         fallbacks: The number of ticks that a fallback of the resolver answered.
+        damped: The number of ticks that were damped, see `RestDamping`.
+        damping_distance: The largest distance of such an answer to that without damping [rad/s, m/s].
         judged: The number of ticks whose active set was solved again, to find the error of x.
         accurate: The number of judged ticks at which the answer has the requested accuracy.
         error: The largest relative error of x at the judged ticks.
@@ -130,6 +132,8 @@ class Summary:
     claimed: int = 0
     certified: int = 0
     fallbacks: int = 0
+    damped: int = 0
+    damping_distance: float = 0.0
     judged: int = 0
     accurate: int = 0
     error: float = 0.0
@@ -159,6 +163,8 @@ class Summary:
             self.continuity.add(step)
             self._add_review(step)
             self.fallbacks += step.resolution.fallback is not None
+            self.damped += step.resolution.undamped is not None
+            self.damping_distance = max(self.damping_distance, step.resolution.damping_distance)
             if step.nothing_binds:
                 self.closed_form_distances.append(step.closed_form_distance)
         if self.gauge.keeps_positions:

@@ -62,7 +62,7 @@ def test_alternation_is_in_the_report_and_on_the_panel(monkeypatch):
     """A target out of reach: three limits by name, with the cause and what to do, and how many more."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
     far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=20.0, axes="xy")
-    stack = Stack([[far], [JointTask()]], [JointVelocityLimit()])
+    stack = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=None)
     of = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=0.6, dt=DT, name="far")
     comparison = Comparison(of, [ActiveSet()])
     steps = list(comparison)

@@ -68,6 +68,7 @@ class BoundLevelDamping(BoundTask):
     """
 
     constant = True
+    curved = False
 
     def __init__(self, damping: Damping, name: str, most: int) -> None:
         self._damping, self._most = damping, most

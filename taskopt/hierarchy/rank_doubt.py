@@ -1,0 +1,264 @@
+"""A cheap test that most ticks pass: no level can be near a loss of rank that needs damping.
+
+`taskopt.hierarchy.rest` damps a direction of a level if σ² < ε², where ε² = Δt Σ R ‖r‖ and r is the part of
+the right-hand side that the level cannot meet. The test needs no singular values. It bounds ε² from above,
+and then tries to factor B Bᵀ − ε² I, in which B has all rows that are held or curved and all columns that no
+limit on positions may hold. Where that succeeds, every σ of every level is larger than ε: with y the left
+singular vector of J_k Z, ‖yᵀ J_k Z‖ = min over z of ‖yᵀ J_k − zᵀ C‖ ≥ σ_min of J_k and C together, whatever
+the scale of the rows C that are held. The weights of a level are divided by the least of them, and B has
+rows without weights, whose σ are no larger.
+
+Two bounds of ε² are taken, and the smaller counts. The first is Δt R ‖b‖. The second is for answers x that
+meet their levels: with b = J x + r, the part of b in directions with σ < ε is at most ε ‖x‖ + ‖r‖, hence
+ε² ≤ a ε + c with a = Δt R ‖x‖ and c = Δt R ‖r‖.
+
+A factorisation serves many ticks: σ_min of B is at least s = 1/‖L⁻¹‖ of that tick (Frobenius norm, with
+L Lᵀ = B Bᵀ) less the norm of the change of B since. What a new factorisation would decide stays the same.
+"""
+
+import numpy as np
+
+from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.hierarchy.tolerances import REST_LEAST, ZERO_ROW
+from taskopt.hierarchy.view import Rows, view_rows
+from taskopt.jit import kernel, kernel_apart
+from taskopt.jit.borrowed import borrowed
+
+_LITTLE = 0.01  # share of all that is asked for, up to which a row asks for next to nothing
+_GROWTH = 1.25  # by which a lower bound of σ_min is raised until a factorisation refuses it
+_PERIOD, _LEAST, _COUNT, _ROWS = 0, 1, 2, 3  # where Δt, s, the number of rows and B stand in `watch`
+
+
+@kernel
+def watch_size(n: int, row_count: int) -> int:
+    """Return the length of `watch` of `rank_in_doubt`.
+
+    Args:
+        n: Number of unknowns.
+        row_count: Number M of rows.
+
+    Returns:
+        The length.
+    """
+    return _ROWS + n * n + row_count
+
+
+def new_watch(n: int, groups: IntArray) -> Array:
+    """Return the array that `rank_in_doubt` keeps from call to call, with a Δt of 0.
+
+    Args:
+        n: Number of unknowns.
+        groups: Number of the group of each curved row, from 1 on, 0 for a row that is not curved, (M,). The
+            rows of a group stand together.
+
+    Returns:
+        `watch`.
+    """
+    watch = np.zeros(watch_size(n, len(groups)))
+    watch[_ROWS + n * n :] = groups
+    return watch
+
+
+@kernel_apart
+def rank_in_doubt(
+    buffer: Array, norm: Array, offsets: IntArray, columns: IntArray, x: Array, state: StateArray,
+    base: Array, watch: Array,
+) -> bool:  # fmt: skip
+    """Return False if no level can be so near a loss of rank that it needs damping to come to rest.
+
+    Args:
+        buffer: (layout.size,) the hierarchy.
+        norm: (n,) diagonal of W, or (n · n,) all of it.
+        offsets: (levels + 2,) first row of each level, as in `Layout`.
+        columns: (M,) the unknown that a row is the unit vector of, or −1, as in `Layout`.
+        x: (n,) the answer.
+        state: (n + M,) its active set.
+        base: (2 n,) lower and upper bounds of x that do not depend on the posture, such as limits on speed.
+        watch: Array of `new_watch`: Δt [s], then what is kept of the last factorisation: s, the number of
+            rows of B, and B; then the group of each row.
+
+    Returns:
+        True if a level may need damping.
+    """
+    buffer, norm, offsets, columns = borrowed(buffer), borrowed(norm), borrowed(offsets), borrowed(columns)
+    x, state, base, watch = borrowed(x), borrowed(state), borrowed(base), borrowed(watch)
+    n = x.size
+    problem = view_rows(buffer, n, norm, offsets, columns)
+    last, size, limit = _largest_threshold(problem, x, state, watch)
+    if limit < REST_LEAST:
+        return False
+    B = np.empty((n, n))
+    count = _held_rows(problem, x, state, base, watch, (last, size), B)
+    if count < 0:
+        return True  # more rows than unknowns depend on each other
+    before = watch[_ROWS : _ROWS + n * n].reshape(n, n)
+    if count == watch[_COUNT]:
+        change = 0.0
+        for i in range(count):
+            for j in range(n):
+                change += (B[i, j] - before[i, j]) ** 2
+        if watch[_LEAST] - np.sqrt(change) > np.sqrt(limit):
+            return False
+    S = _gram(B[:count])
+    L = S.copy()
+    least = _least_singular_value(S, L)
+    while 0.0 < least < np.inf and _factor(S, (_GROWTH * least) ** 2, L):
+        least *= _GROWTH
+    watch[_LEAST], watch[_COUNT] = least, count
+    before[:count] = B[:count]
+    return not (least**2 > limit or _factor(S, limit, L))
+
+
+@kernel
+def _largest_threshold(problem: Rows, x: Array, state: StateArray, watch: Array) -> tuple[int, float, float]:
+    """Return the last level with curved rows, the largest lever, and a bound of ε² with weights from 1 on.
+
+    Groups that ask for next to nothing, such as feet that stand, are counted by what they ask for in both
+    bounds, so that their weights do not matter.
+    """
+    groups, group = watch[_ROWS + x.size**2 :], np.empty(4)
+    asks, slips = np.zeros(groups.size), np.zeros(groups.size)
+    last, asked, missed, lever = 0, 0.0, 0.0, 0.0
+    for k in range(1, problem.offsets.size - 1):
+        i, end = problem.offsets[k], problem.offsets[k + 1]
+        lightest = np.inf
+        for row in range(i, end):
+            if groups[row] > 0.0 and _is_held(problem, state, row):
+                lightest = min(lightest, problem.weight[row])
+        while i < end:
+            stop = i + 1
+            while stop < end and groups[stop] == groups[i]:
+                stop += 1
+            if groups[i] > 0.0 and _sum_group(problem, x, state, (i, stop), lightest, group):
+                asks[i], slips[i] = group[0], group[2]
+                asked, missed = asked + group[0], missed + group[1]
+                last, lever = k, max(lever, group[3])
+            i = stop
+    little, slip = 0.0, 0.0
+    for i in range(groups.size):
+        if asks[i] > _LITTLE * asked:
+            slip += slips[i]
+        else:
+            little += asks[i]
+    dt = watch[_PERIOD]
+    slip = dt * np.sqrt(slip * np.dot(x, x))
+    left = dt * (missed + little)
+    return last, lever, min(dt * asked, 0.25 * (slip + np.sqrt(slip**2 + 4.0 * left)) ** 2)
+
+
+@kernel
+def _sum_group(
+    problem: Rows, x: Array, state: StateArray, rows: tuple[int, int], lightest: float, out: Array
+) -> bool:
+    """Write R ‖w b‖, R ‖w r‖, R² max w and R of a group of curved rows; return False if none is held."""
+    n, found = x.size, False
+    levers, asked, missed, heaviest = np.zeros(n), 0.0, 0.0, 0.0
+    for i in range(rows[0], rows[1]):
+        if not _is_held(problem, state, i):
+            continue
+        bound = problem.lower[i] if state[n + i] < 0 else problem.upper[i]
+        value, w = 0.0, problem.weight[i] / lightest
+        for j in range(n):
+            value += problem.A[i, j] * x[j]
+            levers[j] += problem.A[i, j] ** 2
+        asked += (w * bound) ** 2
+        missed += (w * (value - bound)) ** 2
+        heaviest, found = max(heaviest, w), True
+    square = levers.max() if n else 0.0
+    lever = np.sqrt(square)
+    out[0], out[1], out[2], out[3] = lever * np.sqrt(asked), lever * np.sqrt(missed), square * heaviest, lever
+    return found
+
+
+@kernel
+def _held_rows(
+    problem: Rows, x: Array, state: StateArray, base: Array, watch: Array, size: tuple[int, float], B: Array
+) -> int:
+    """Write the rows B up to level size[0], and return their number; −1 if there are more than n."""
+    n, count, groups = x.size, 0, watch[_ROWS + x.size**2 :]
+    speed, near = np.sqrt(np.dot(x, x)), np.empty(n)
+    for j in range(n):
+        near[j] = 0.0 if _is_near(problem, base, j, speed) else 1.0
+    for k in range(size[0] + 1):
+        for i in range(problem.offsets[k], problem.offsets[k + 1]):
+            curved = groups[i] > 0.0
+            if not _is_held(problem, state, i) or (not curved and k == size[0]):
+                continue
+            length, asks = 0.0, max(abs(problem.lower[i]), abs(problem.upper[i]))
+            for j in range(n):
+                length += problem.A[i, j] ** 2
+            length = np.sqrt(length)
+            if length < ZERO_ROW and asks < ZERO_ROW:
+                continue
+            if count == n:
+                return -1
+            scale = 1.0 if curved else size[1] / max(length, ZERO_ROW)
+            for j in range(n):
+                B[count, j] = scale * near[j] * problem.A[i, j]
+            count += 1
+    return count
+
+
+@kernel
+def _is_held(problem: Rows, state: StateArray, i: int) -> bool:
+    """Return True for an equality row, and for an inequality that is active."""
+    return problem.lower[i] == problem.upper[i] or state[problem.box_lower.size + i] != 0
+
+
+@kernel
+def _is_near(problem: Rows, base: Array, j: int, speed: float) -> bool:
+    """Return True if a limit that depends on the posture may hold x_j, at velocities up to `speed`."""
+    low, high, n = problem.box_lower[j], problem.box_upper[j], problem.box_lower.size
+    return (low > base[j] and -low <= speed) or (high < base[n + j] and high <= speed)
+
+
+@kernel
+def _gram(B: Array) -> Array:
+    """Return the lower triangle of B Bᵀ; columns are taken by their non-zero entries."""
+    m, n = B.shape
+    S, filled = np.zeros((m, m)), np.empty(m, np.int64)
+    for j in range(n):
+        count = 0
+        for i in range(m):
+            if B[i, j] != 0.0:
+                filled[count] = i
+                count += 1
+        for a in range(count):
+            i = filled[a]
+            for c in range(a + 1):
+                S[i, filled[c]] += B[i, j] * B[filled[c], j]
+    return S
+
+
+@kernel
+def _factor(S: Array, shift: float, L: Array) -> bool:
+    """Write L with L Lᵀ = S − shift · I, and return True, if that is positive definite."""
+    for i in range(S.shape[0]):
+        for k in range(i + 1):
+            part = S[i, k] - (shift if i == k else 0.0)
+            for c in range(k):
+                part -= L[i, c] * L[k, c]
+            if i > k:
+                L[i, k] = part / L[k, k]
+            elif part > 0.0:
+                L[i, i] = np.sqrt(part)
+            else:
+                return False
+    return True
+
+
+@kernel
+def _least_singular_value(S: Array, L: Array) -> float:
+    """Return 1/‖L⁻¹‖ of S = L Lᵀ, which is at most the smallest singular value of B; 0 without full rank."""
+    m, total = S.shape[0], 0.0
+    if not _factor(S, 0.0, L):
+        return 0.0
+    column = np.empty(m)
+    for k in range(m):
+        for i in range(k, m):
+            part = 1.0 if i == k else 0.0
+            for c in range(k, i):
+                part -= L[i, c] * column[c]
+            column[i] = part / L[i, i]
+            total += column[i] ** 2
+    return 1.0 / np.sqrt(total) if total > 0.0 else np.inf

@@ -1,0 +1,270 @@
+"""Rest: a robot whose still target cannot be met stands still, and its hierarchy says what damps it."""
+
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from cases import benchmark_case
+from scipy.optimize import lsq_linear
+
+from taskopt import (
+    Controller,
+    FrameTask,
+    Hierarchy,
+    InvalidValue,
+    JointPositionLimit,
+    JointTask,
+    JointVelocityLimit,
+    Level,
+    NoDamping,
+    PositionTask,
+    Resolution,
+    RestDamping,
+    Robot,
+    Scenario,
+    Stack,
+    planar_arm,
+    resolve,
+    run,
+)
+from taskopt.hierarchy.multipliers import certify_velocity
+from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
+from taskopt.hierarchy.rest import damped_directions, free_rows, null_space
+from taskopt.loop.rest import Rest
+
+BLOCKED, STRETCHED = (0.05, 0.0, 0.3), (1.2, 0.2, 0.6)  # [m] behind a joint limit, and out of reach
+DT = 0.01
+
+
+@cache
+def panda() -> Robot:
+    return Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))
+
+
+def hand_stack(target: tuple[float, ...], gain: float = 5.0, *, damped: bool = True) -> Stack:
+    hand = PositionTask("panda_hand", target=np.array(target), gain=gain, name="hand")
+    limits = [JointPositionLimit(), JointVelocityLimit()]
+    return Stack([[hand], [JointTask(name="posture")]], limits, damping=RestDamping() if damped else None)
+
+
+@cache
+def steps(
+    target: tuple[float, ...], *, damped: bool = True, gain: float = 5.0, dt: float = DT, seconds: float = 3.0
+) -> tuple[tuple[Resolution, ...], Controller]:
+    control = Controller(panda(), hand_stack(target, gain, damped=damped), dt=dt)
+    q, found = panda().posture("default"), []
+    for k in range(round(seconds / dt)):
+        found.append(control.step(q, k * dt))
+        q = panda().integrate(q, found[-1].v, dt)
+    return tuple(found), control
+
+
+def last_jump(found: tuple[Resolution, ...], ticks: int = 50) -> float:
+    return float(np.abs(np.diff([tick.v for tick in found[-ticks:]], axis=0)).max())
+
+
+@pytest.mark.parametrize("target", [BLOCKED, STRETCHED])
+def test_an_arm_rests_where_its_target_cannot_be_met(target: tuple[float, ...]) -> None:
+    """Without damping the velocities jump by radians per second at every tick."""
+    assert last_jump(steps(target)[0]) < 1e-3
+    assert last_jump(steps(target, damped=False)[0]) > 1.0
+
+
+def test_the_error_that_remains_is_that_of_the_undamped_arm_at_most() -> None:
+    """Damping costs nothing of what the task can have."""
+    for target in (BLOCKED, STRETCHED):
+        errors = [np.linalg.norm(steps(target, damped=way)[1].plan.tasks[0].error) for way in (True, False)]
+        assert errors[0] <= 1.001 * errors[1]
+
+
+def test_a_reachable_target_is_never_damped() -> None:
+    """In transit the velocity limits are active, and the hand cannot be as fast as it is asked to."""
+    found, control = steps((0.5, 0.2, 0.4))
+    assert control.damped_ticks == 0
+    assert any(tick.active for tick in found)
+    assert all(tick.undamped is None for tick in found)
+    assert np.linalg.norm(control.plan.tasks[0].error) < 1e-4
+
+
+@pytest.mark.parametrize("name", ["W1", "W1v", "W1s", "W2", "W2s", "W2h"])
+def test_no_tick_of_the_reachable_benchmark_cases_is_damped(name: str) -> None:
+    """Neither where velocity limits are active, nor where tasks of one level are weighed."""
+    case = benchmark_case(name, 120)
+    control, q = Controller(case.robot, case.stack, dt=0.002), case.q0
+    for k, pose in enumerate(case.poses):
+        case.hand.set(pose)
+        q = case.robot.integrate(q, control.step(q, 0.002 * k).v, 0.002)
+    assert control.damped_ticks == 0
+
+
+def test_the_damping_stands_in_the_problem_by_name_and_is_proven() -> None:
+    """The certificate is that of the damped problem; of the declared one the answer is no optimum."""
+    found, control = steps(STRETCHED)
+    tick = found[-1]
+    assert control.damped_ticks == sum(one.undamped is not None for one in found) > 100
+    names = [(block.level, block.name) for block in tick.problem.layout.blocks]
+    assert names == [
+        (1, "hand"),
+        (1, "rest of level 1"),
+        (2, "posture"),
+        (2, "free directions of level 1"),
+    ]
+    assert tick.certified()
+    assert certify_velocity(tick.problem, tick.v).proves()
+    assert "rests" not in tick.explain()
+    assert "so that the robot comes to rest" in tick.explain()
+    undamped = tick.undamped
+    assert undamped is not None
+    assert [block.name for block in undamped.problem.layout.blocks] == ["hand", "posture"]
+    assert tick.damping_distance == np.abs(tick.v - undamped.v).max() > 0.1
+    assert undamped.damping_distance == 0.0
+    assert not certify_velocity(undamped.problem, tick.v).proves()
+
+
+def test_other_resolvers_and_the_closed_form_answer_the_damped_problem() -> None:
+    """The rows of damping are rows like any other."""
+    tick = steps(STRETCHED)[0][-1]
+    for name in ("hqp/daqp", "hqp/clarabel"):
+        np.testing.assert_allclose(resolve(tick.problem, name).x, tick.x, atol=1e-6)
+    assert not tick.active, "so that the closed form is the optimum"
+    assert tick.review is not None
+    np.testing.assert_allclose(tick.review.closed_form, tick.x, atol=1e-9)
+
+
+def test_stacks_without_damping_and_single_hierarchies_have_no_such_rows() -> None:
+    """A plan never has them; a stack may do without."""
+    assert steps(STRETCHED, damped=False)[1].damped_ticks == 0
+    assert all(tick.undamped is None for tick in steps(STRETCHED, damped=False)[0])
+    layout = steps(STRETCHED)[1].plan.layout
+    assert [block.name for block in layout.blocks] == ["hand", "posture"]
+    with pytest.raises(InvalidValue, match="LevelDamping"):
+        Stack([[JointTask()]], damping=NoDamping())  # type: ignore[arg-type]
+
+
+def test_a_scenario_is_damped_and_its_step_keeps_the_declared_problem() -> None:
+    """With any strict resolver; without damping the velocities jump."""
+    arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
+    far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=5.0, axes="xy")
+    stack = Stack([[far], [JointTask()]], [JointVelocityLimit()])
+    scenario = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=3.0, dt=DT)
+    for name in ("active-set", "hqp/daqp"):
+        found = list(run(scenario, name))
+        assert np.abs(found[-1].v - found[-2].v).max() < 1e-3
+        assert found[-1].resolution.undamped is not None
+        assert [block.name for block in found[-1].hierarchy.layout.blocks] == ["tip position", "posture"]
+        np.testing.assert_allclose(found[-1].closed_form, found[-1].v, atol=1e-6)
+    undamped = list(run(replace(scenario, stack=replace(stack, damping=None))))
+    assert np.abs(undamped[-1].v - undamped[-2].v).max() > 0.1
+
+
+def test_a_copy_of_a_controller_rests_as_the_original_does() -> None:
+    """Damping has no memory."""
+    _, control = steps(STRETCHED)
+    q = control.plan.configuration.q.copy()
+    np.testing.assert_array_equal(deepcopy(control).step(q, 3.0).v, control.step(q, 3.0).v)
+
+
+@pytest.mark.slow
+def test_neither_gain_nor_period_matters() -> None:
+    """Ten times the gain, and a tenth of the period."""
+    found, _ = steps(STRETCHED, gain=50.0, dt=0.001)
+    assert last_jump(found, 500) < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_an_arm_rests_at_random_poses_in_and_out_of_reach(seed: int) -> None:
+    """Position and orientation, some behind limits, some far away."""
+    rng = np.random.default_rng(seed)
+    target = np.array([*rng.uniform(-1.2, 1.2, 2), rng.uniform(-0.2, 1.4)])
+    hand = FrameTask("panda_hand", target=target, gain=5.0)
+    stack = Stack([[hand], [JointTask()]], [JointPositionLimit(), JointVelocityLimit()])
+    control, q, found = Controller(panda(), stack, dt=DT), panda().posture("default"), []
+    for k in range(1000):
+        found.append(control.step(q, k * DT))
+        q = panda().integrate(q, found[-1].v, DT)
+    assert last_jump(tuple(found), 100) < 1e-3
+
+
+# --- The formulas -----------------------------------------------------------------------------------------
+
+
+def by_definition(A: np.ndarray, b: np.ndarray, dt: float, damped: np.ndarray) -> tuple[float, float]:
+    """ε² of what the damped level leaves, by least squares; R is the largest column."""
+    stacked = np.vstack([A, damped])
+    x = lsq_linear(stacked, np.r_[b, np.zeros(len(damped))]).x
+    return dt * np.linalg.norm(A, axis=0).max() * np.linalg.norm(b - A @ x), float(np.linalg.norm(x))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_threshold_is_that_of_the_residual_it_leaves(seed: int) -> None:
+    """ε² = Δt R ‖b − A x‖ at the damped least squares x, and the damped rows have singular values of ε."""
+    rng = np.random.default_rng(seed)
+    U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
+    A, b = U @ np.diag([1.0, 0.5, 10.0 ** -rng.uniform(2.0, 4.0)]) @ Vt, rng.standard_normal(3)
+    found = damped_directions(A, b, [np.arange(3)], np.eye(6), DT)
+    assert found.threshold > 0.0
+    assert 0.0 < found.gate <= 1.0
+    residual, _ = by_definition(A, b, DT, found.damped)
+    assert found.threshold == pytest.approx(residual, rel=5e-3)
+    together = np.linalg.svd(np.vstack([A, found.damped]), compute_uv=False)[:3]
+    assert together.min() == pytest.approx(np.sqrt(found.threshold), rel=1e-6)
+
+
+def test_what_can_be_met_is_not_damped() -> None:
+    """Nor where nothing is curved or free; but a step that a weak direction makes too long is."""
+    rng = np.random.default_rng(0)
+    A = rng.standard_normal((3, 6))
+    assert damped_directions(A, A @ rng.standard_normal(6), [np.arange(3)], np.eye(6), 1e-3).threshold == 0.0
+    assert damped_directions(A, np.ones(3), [], np.eye(6), DT).threshold == 0.0
+    assert damped_directions(A, np.ones(3), [np.arange(3)], np.zeros((6, 0)), DT).threshold == 0.0
+    nearly = np.array([[1.0, 0.0, 0.0], [1.0, 1e-4, 0.0]])
+    assert damped_directions(nearly, np.array([1.0, -1.0]), [np.arange(2)], np.eye(3), DT).threshold > 1e-3
+
+
+def test_free_rows_span_what_is_free_and_spare_what_moves_nothing() -> None:
+    """Their weight is 1e4 times the gate and the rows below."""
+    held, moved = np.array([[1.0, 0.0, 0.0, 0.0]]), np.array([True, True, True, False])
+    rows = free_rows(held, moved, 0.25, 4.0)
+    np.testing.assert_allclose(rows.T @ rows, 1e4 * np.diag([0.0, 1.0, 1.0, 0.0]), atol=1e-9)
+    np.testing.assert_allclose(null_space(np.zeros((2, 3))), np.eye(3))
+
+
+def doubt(rows: np.ndarray, b: np.ndarray, x: np.ndarray, watch: np.ndarray | None = None) -> bool:
+    h = Hierarchy([Level(rows, b)])
+    if watch is None:
+        watch = new_watch(h.n, np.ones(len(b), dtype=np.int64))
+        watch[0] = DT
+    base = np.r_[np.full(h.n, -np.inf), np.full(h.n, np.inf)]
+    state, layout = np.zeros(h.layout.width, dtype=np.int8), h.layout
+    return rank_in_doubt(h.buffer, h.norm.copy(), layout.offsets, layout.columns, x, state, base, watch)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_no_level_that_would_be_damped_passes_the_quick_test(seed: int) -> None:
+    """Also with what it keeps of a factorisation of other rows; and some levels do pass."""
+    rng = np.random.default_rng(seed)
+    watch = new_watch(6, np.ones(3, dtype=np.int64))
+    watch[0] = DT
+    for least in 10.0 ** -rng.uniform(-0.5, 4.0, 20):
+        U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
+        A, b = U @ np.diag([1.0, 0.5, least]) @ Vt, rng.standard_normal(3)
+        x = np.linalg.lstsq(A, b, rcond=None)[0] if rng.random() < 0.5 else rng.standard_normal(6)
+        damped = damped_directions(A, b, [np.arange(3)], np.eye(6), DT).threshold > 0.0
+        assert doubt(A, b, x, watch) or not damped
+        assert doubt(A, b, x, watch) == doubt(A, b, x), "what is kept decides nothing"
+    assert not doubt(np.eye(3, 6), np.ones(3), np.r_[np.ones(3), np.zeros(3)])
+
+
+def test_planted_lie_damping_that_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the loop sends what was undamped, the arm shakes."""
+    as_it_is: Callable[[Rest, Resolution], Resolution] = lambda _, undamped: undamped  # noqa: E731
+    monkeypatch.setattr(Rest, "answer", as_it_is)
+    control, q, found = Controller(panda(), hand_stack(STRETCHED), dt=DT), panda().posture("default"), []
+    for k in range(200):
+        found.append(control.step(q, k * DT))
+        q = panda().integrate(q, found[-1].v, DT)
+    assert last_jump(tuple(found)) > 1.0
