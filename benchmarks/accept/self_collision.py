@@ -135,7 +135,7 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=100)
     count = parser.parse_args().cases
     robot, rng = Robot.load("tiago_dual"), np.random.default_rng(0)
-    limit = SelfCollisionLimit(MARGIN, INFLUENCE, sampled=SAMPLED)
+    limit = SelfCollisionLimit(MARGIN, influence=INFLUENCE, sampled=SAMPLED)
     choice = limit.choice(robot)
     print(f"pairs: {choice}")
     judge = Judge(robot, choice.pairs)

@@ -148,11 +148,11 @@ def _distance_limits(robot: Robot, rng: np.random.Generator) -> list[Limit]:
     solids = [_beside(robot, rng) for _ in range(rng.integers(0, 4))]
     for kind in (ObstacleLimit, SelfCollisionLimit):
         margin = float(rng.choice([0.0, 0.005, 0.02]))
-        numbers = margin, margin + float(rng.choice([0.02, 0.1])), float(rng.choice([0.1, 1.0]))
+        influence, gain = margin + float(rng.choice([0.02, 0.1])), float(rng.choice([0.1, 1.0]))
         if kind is ObstacleLimit and solids:
-            limits.append(ObstacleLimit(solids, *numbers))
+            limits.append(ObstacleLimit(solids, margin, influence=influence, gain=gain))
         elif kind is SelfCollisionLimit and rng.random() < 0.5:
-            limits.append(SelfCollisionLimit(*numbers))
+            limits.append(SelfCollisionLimit(margin, influence=influence, gain=gain))
     return limits
 
 

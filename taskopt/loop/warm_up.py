@@ -86,7 +86,7 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     )
     seen: list[Task] = [LookAtTask("tip", (2.0, 1.0, 0.0), axis=(1.0, 0.0, 0.0))]
     near: list[Limit] = [FrameDistanceLimit("tip", "link1", lower=0.1)]
-    yield arm, Stack([[RelativeFrameTask("tip", "link1", axes="xy")], seen, [JointTask()]], limits=near)
+    yield arm, Stack([[RelativeFrameTask("tip", root="link1", axes="xy")], seen, [JointTask()]], limits=near)
     # More pairs than rows call the broad phase; the margin is so large that some pairs are near and measured.
     yield arm, Stack([tip], limits=[SelfCollisionLimit(margin=0.35, influence=0.5, rows=1)])
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]

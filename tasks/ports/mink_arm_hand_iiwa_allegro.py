@@ -29,7 +29,7 @@ q0 = robot.posture("middle")
 drag = Line(by=(0.0, 0.15, 0.1), duration=1.0)  # [m], [s]
 eef = DampedTask(FrameTask("link_eef", target=drag, gain=1.0 / dt), factor=1.0)
 tips = [
-    DampedTask(RelativeFrameTask(f"link_{tip}_tip", "palm_link", axes="xyz", gain=1.0 / dt), factor=1.0)
+    DampedTask(RelativeFrameTask(f"link_{tip}_tip", root="palm_link", axes="xyz", gain=1.0 / dt), factor=1.0)
     for tip in ("3.0", "7.0", "11.0", "15.0")
 ]
 posture = JointTask(gain=1.0 / dt, weight=5e-2**2)

@@ -33,7 +33,7 @@ robot = Robot(pin.appendModel(model, hand, model.getFrameId(wrist), pin.SE3.Iden
 drag = Line(by=(0.5, 0.3, -0.1), duration=2.0)  # [m], [s]
 reach = DampedTask(FrameTask(wrist, target=drag, gain=1.0 / dt), factor=1.0)
 tips = [
-    DampedTask(RelativeFrameTask(f"link_{tip}_tip", "palm_link", axes="xyz", gain=1.0 / dt), factor=1e-3)
+    DampedTask(RelativeFrameTask(f"link_{tip}_tip", root="palm_link", axes="xyz", gain=1.0 / dt), factor=1e-3)
     for tip in ("3.0", "7.0", "11.0", "15.0")
 ]
 kept = ("joint_turn", *(joint for joint in robot.joints if "." in joint))  # the base, and the fingers

@@ -58,7 +58,7 @@ class Setting(NamedTuple):
 @pytest.fixture(scope="module")
 def setting() -> Setting:
     """TIAGo dual, whose pairs that are always near are found in 200 postures."""
-    robot, limit = Robot.load("tiago_dual"), SelfCollisionLimit(MARGIN, INFLUENCE, sampled=200)
+    robot, limit = Robot.load("tiago_dual"), SelfCollisionLimit(MARGIN, influence=INFLUENCE, sampled=200)
     return Setting(robot, limit, Oracle(robot, limit.choice(robot).pairs))
 
 

@@ -108,7 +108,7 @@ def relative(at, of_pink):
     goal = away((pin.SE3(at.pose(second)).inverse() * pin.SE3(at.pose(first))).homogeneous)
     task = pink.tasks.RelativeFrameTask(first, second, 1.5, 0.7, gain=GAIN)
     task.set_target(goal)
-    return RelativeFrameTask(first, second, target=goal, gain=K, weight=(1.5**2, 0.7**2)), task
+    return RelativeFrameTask(first, root=second, target=goal, gain=K, weight=(1.5**2, 0.7**2)), task
 
 
 def centre_of_mass(at, of_pink):
@@ -266,7 +266,7 @@ def test_the_velocity_of_a_floating_base(seed):
     limit = pink.limits.FloatingBaseVelocityLimit(at.robot.model, "base_link", 0.05, [0.1, np.inf, 0.2])
     hand, rest, foot = frame(at, of_pink), posture(at, of_pink), holding(at, of_pink)
     pairs = [hand, rest, foot]
-    base = FloatingBaseVelocityLimit(0.05, (0.1, np.inf, 0.2), "base_link")
+    base = FloatingBaseVelocityLimit(0.05, angular=(0.1, np.inf, 0.2), frame="base_link")
     mine = ours(at, [pair[0] for pair in pairs], [base])
     assert mine.active
     assert difference(mine.x, theirs(of_pink, [pair[1] for pair in pairs], [limit])) < 1e-9

@@ -162,7 +162,12 @@ LIMITS = (
     ("joint_position.gain", JointPositionLimit(), JointPositionLimit(gain=0.01), 0.01),
     ("joint_velocity.scale", JointVelocityLimit(), JointVelocityLimit(scale=0.05), 0.05),
     ("joint_acceleration.acceleration", JointAccelerationLimit(50.0), JointAccelerationLimit(3.0), 3.0),
-    ("joint_acceleration.velocity", JointAccelerationLimit(90.0), JointAccelerationLimit(90.0, 0.1), 0.1),
+    (
+        "joint_acceleration.velocity",
+        JointAccelerationLimit(90.0),
+        JointAccelerationLimit(90.0, velocity=0.1),
+        0.1,
+    ),
 )
 
 

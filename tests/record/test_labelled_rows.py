@@ -41,7 +41,9 @@ def made() -> Scenario:
     return Scenario(
         robot=planar_arm(LENGTHS, radius=THICK),
         q0=[0.6, -0.9, 0.8],
-        stack=Stack([[tip]], [ObstacleLimit(balls, 0.02, 0.15, rows=1), JointVelocityLimit(velocity=12.0)]),
+        stack=Stack(
+            [[tip]], [ObstacleLimit(balls, 0.02, influence=0.15, rows=1), JointVelocityLimit(velocity=12.0)]
+        ),
         duration=0.5,
         dt=5e-3,
         name="labelled",

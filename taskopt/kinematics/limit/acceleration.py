@@ -22,7 +22,7 @@ Source:
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -65,8 +65,8 @@ class JointAccelerationLimit(Limit):
     """
 
     acceleration: ArrayLike | Mapping[str, float] | None = None
-    velocity: ArrayLike | Mapping[str, float] | None = None
-    name: str = "joint_acceleration"
+    velocity: ArrayLike | Mapping[str, float] | None = field(default=None, kw_only=True)
+    name: str = field(default="joint_acceleration", kw_only=True)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointAcceleration":
         """Return the bounds for a robot; see `Limit.bind`.

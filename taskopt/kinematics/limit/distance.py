@@ -58,10 +58,10 @@ class ObstacleLimit(Limit):
 
     obstacles: Sequence[Shape] | Shape = field()
     margin: float = 0.02
-    influence: float = 0.1
-    gain: float = 0.1
-    links: Sequence[str] | None = None
-    name: str = "obstacle"
+    influence: float = field(default=0.1, kw_only=True)
+    gain: float = field(default=0.1, kw_only=True)
+    links: Sequence[str] | None = field(default=None, kw_only=True)
+    name: str = field(default="obstacle", kw_only=True)
     rows: int = field(default=64, kw_only=True)
     moving: Mapping[str | int, Target | Value | None] = field(default_factory=dict, kw_only=True, hash=False)
     margins: Margins = field(default_factory=dict, kw_only=True, hash=False)
@@ -119,10 +119,10 @@ class SelfCollisionLimit(Limit):
     """
 
     margin: float = 0.01
-    influence: float = 0.05
-    gain: float = 0.1
-    pairs: Sequence[tuple[str, str]] | None = None
-    name: str = "self_collision"
+    influence: float = field(default=0.05, kw_only=True)
+    gain: float = field(default=0.1, kw_only=True)
+    pairs: Sequence[tuple[str, str]] | None = field(default=None, kw_only=True)
+    name: str = field(default="self_collision", kw_only=True)
     rows: int = field(default=64, kw_only=True)
     margins: Margins = field(default_factory=dict, kw_only=True, hash=False)
     sampled: int = field(default=0, kw_only=True)

@@ -1,6 +1,6 @@
 """Bounds on the velocity of a frame: of the hand, or of a floating base."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -40,9 +40,9 @@ class FrameVelocityLimit(Limit):
 
     frame: str
     linear: ArrayLike = np.inf
-    angular: ArrayLike = np.inf
-    expressed: Expressed = "world"
-    name: str = "frame_velocity"
+    angular: ArrayLike = field(default=np.inf, kw_only=True)
+    expressed: Expressed = field(default="world", kw_only=True)
+    name: str = field(default="frame_velocity", kw_only=True)
 
     def __post_init__(self) -> None:
         _speeds(self.linear, self.angular)
@@ -78,10 +78,10 @@ class FloatingBaseVelocityLimit(Limit):
     """
 
     linear: ArrayLike = np.inf
-    angular: ArrayLike = np.inf
-    frame: str | None = None
-    expressed: Expressed = "own"
-    name: str = "base_velocity"
+    angular: ArrayLike = field(default=np.inf, kw_only=True)
+    frame: str | None = field(default=None, kw_only=True)
+    expressed: Expressed = field(default="own", kw_only=True)
+    name: str = field(default="base_velocity", kw_only=True)
 
     def __post_init__(self) -> None:
         _speeds(self.linear, self.angular)

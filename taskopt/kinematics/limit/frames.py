@@ -1,6 +1,6 @@
 """The limit on the distance between the origins of two frames."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,9 +47,9 @@ class FrameDistanceLimit(Limit):
     frame_b: str
     lower: float = 0.0
     upper: float = np.inf
-    influence: float = 0.1
-    gain: float = 0.1
-    name: str = "frame_distance"
+    influence: float = field(default=0.1, kw_only=True)
+    gain: float = field(default=0.1, kw_only=True)
+    name: str = field(default="frame_distance", kw_only=True)
 
     def __post_init__(self) -> None:
         lower, upper = number("lower", self.lower, ()), number("upper", self.upper, ())

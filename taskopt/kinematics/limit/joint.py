@@ -1,7 +1,7 @@
 """Limits on the positions and velocities of joints, both as bounds on the velocities."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,8 +40,8 @@ class JointPositionLimit(Limit):
     """
 
     gain: float = 1.0
-    margin: ArrayLike | Mapping[str, float] = 0.0
-    name: str = "joint_position"
+    margin: ArrayLike | Mapping[str, float] = field(default=0.0, kw_only=True)
+    name: str = field(default="joint_position", kw_only=True)
 
     def __post_init__(self) -> None:
         if positive("gain", self.gain) > 1.0:
@@ -156,8 +156,8 @@ class JointVelocityLimit(Limit):
     """
 
     scale: float = 1.0
-    velocity: ArrayLike | Mapping[str, float] | None = None
-    name: str = "joint_velocity"
+    velocity: ArrayLike | Mapping[str, float] | None = field(default=None, kw_only=True)
+    name: str = field(default="joint_velocity", kw_only=True)
 
     def __post_init__(self) -> None:
         positive("scale", self.scale)

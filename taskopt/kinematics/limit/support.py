@@ -1,6 +1,6 @@
 """The limit that keeps the centre of mass above a polygon."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,9 +42,9 @@ class SupportPolygonLimit(Limit):
 
     points: ArrayLike
     margin: float = 0.0
-    influence: float = 0.05
-    gain: float = 0.1
-    name: str = "support_polygon"
+    influence: float = field(default=0.05, kw_only=True)
+    gain: float = field(default=0.1, kw_only=True)
+    name: str = field(default="support_polygon", kw_only=True)
 
     def __post_init__(self) -> None:
         polygon_edges(self.points, self.margin)

@@ -434,8 +434,10 @@ class Robot:
 
         Raises:
             UnknownName: There is no joint of that name.
-            InvalidValue: q does not fit the robot.
+            InvalidValue: q does not fit the robot, or `names` are no names.
         """
+        if not isinstance(names, Iterable):
+            raise InvalidValue(f"lock must be names of joints, got {names!r}; leave it out to lock none")
         ids = [self.joint_id(name) for name in ([names] if isinstance(names, str) else names)]
         if not ids:
             return self

@@ -5,6 +5,7 @@
 
 import numpy as np
 
+from taskopt.arrays import NO_BOUND
 from taskopt.kinematics.engine import Model
 
 _LINEAR = {
@@ -12,7 +13,6 @@ _LINEAR = {
     "JointModelFreeFlyer": "xyz",
 }  # coordinates whose rates turn with the body
 _NO_LIMIT = 1.01  # [m] what Pinocchio's readers write, besides inf, where a file states no limit
-_BEYOND_ANY_ROBOT = 1e300  # [m] Pinocchio's own "no limit" is the largest float
 
 
 def unheld_limits(model: Model) -> tuple[str, ...]:
@@ -33,7 +33,7 @@ def unheld_limits(model: Model) -> tuple[str, ...]:
         places = slice(joint.idx_q, joint.idx_q + len(letters))
         stated = np.zeros(len(letters), dtype=bool)
         for limit in (model.lowerPositionLimit[places], model.upperPositionLimit[places]):
-            stated |= (np.abs(limit) < _BEYOND_ANY_ROBOT) & (np.abs(limit) != _NO_LIMIT)
+            stated |= (np.abs(limit) < NO_BOUND) & (np.abs(limit) != _NO_LIMIT)
         if stated.any():
             which = ", ".join(letter for letter, is_stated in zip(letters, stated, strict=True) if is_stated)
             said.append(

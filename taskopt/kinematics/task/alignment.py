@@ -63,7 +63,7 @@ class AxisAlignmentTask(Task):
 
     frame: str
     axis: ArrayLike = (0.0, 0.0, 1.0)
-    direction: Target | ArrayLike | None = (0.0, 0.0, 1.0)
+    direction: Target | ArrayLike | None = field(default=(0.0, 0.0, 1.0), kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
     name: str | None = field(default=None, kw_only=True)

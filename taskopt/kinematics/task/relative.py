@@ -58,7 +58,7 @@ class RelativeFrameTask(Task):
     """
 
     frame: str
-    root: str
+    root: str = field(kw_only=True)
     target: Target | Value = field(default_factory=Hold, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)

@@ -44,7 +44,7 @@ def beside_obstacle(name, dt, rng):
     while True:
         at, place = beside(robot(name), rng, scatter=0.15)
         solid = SOLIDS[list(SOLIDS)[rng.integers(0, 4)]](place)
-        limit = ObstacleLimit([solid], MARGIN, 0.1, gain=float(rng.choice([0.1, 1.0])))
+        limit = ObstacleLimit([solid], MARGIN, influence=0.1, gain=float(rng.choice([0.1, 1.0])))
         bound = limit.bind(at.robot, dt)
         filled(bound, at)
         if bound.distances.distance.min() >= MARGIN:
@@ -53,7 +53,7 @@ def beside_obstacle(name, dt, rng):
 
 def beside_itself(name, dt, rng):
     """Likewise, an arm folded so that two of its links are near each other."""
-    bound = SelfCollisionLimit(MARGIN, 0.1, gain=1.0).bind(robot(name), dt)
+    bound = SelfCollisionLimit(MARGIN, influence=0.1, gain=1.0).bind(robot(name), dt)
     while True:
         at = Configuration(robot(name), random_posture(robot(name), rng))
         filled(bound, at)

@@ -34,7 +34,7 @@ def velocity_of(of, q, v, frame, expressed):
 @pytest.mark.parametrize("name", FRAMES)
 def test_limits_of_a_frame_keep_the_contract(name, expressed):
     """v = 0 is always allowed, and rows of the plan are those of the method."""
-    limit = FrameVelocityLimit(FRAMES[name], 0.25, (0.5, np.inf, 1.0), expressed)
+    limit = FrameVelocityLimit(FRAMES[name], 0.25, angular=(0.5, np.inf, 1.0), expressed=expressed)
     check_limit(limit, robot(name), count=4)
 
 
@@ -51,7 +51,7 @@ def with_probe():
 def test_limits_of_a_base_keep_the_contract_and_bound_its_velocity(frame, expressed):
     """Rows are the velocity of the frame, of the base's own or of another one that is fixed to it."""
     of = with_probe()
-    limit = FloatingBaseVelocityLimit(0.3, (0.5, np.inf, 0.7), frame, expressed)
+    limit = FloatingBaseVelocityLimit(0.3, angular=(0.5, np.inf, 0.7), frame=frame, expressed=expressed)
     check_limit(limit, of, count=4)
     plan = Stack([[JointTask()]], [limit]).compile(of, 1e-3)
     rng = np.random.default_rng(0)

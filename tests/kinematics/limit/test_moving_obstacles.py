@@ -30,7 +30,7 @@ def chased(target: Target | Latest, ticks: int = 1200) -> float:
     """The least distance of ball and arm in elementary geometry, at five points of every step."""
     arm = planar_arm(LENGTHS.tolist(), radius=THICK, velocity=4.0)
     ball = Sphere(centre(0.0), RADIUS, name="ball")
-    limit = ObstacleLimit([ball], MARGIN, 0.15, gain=0.2, moving={"ball": target})
+    limit = ObstacleLimit([ball], MARGIN, influence=0.15, gain=0.2, moving={"ball": target})
     stay = PositionTask("tip", axes="xy", gain=5.0)
     control = Controller(arm, Stack([[stay], [DampingTask()]], [JointVelocityLimit(), limit]), dt=DT)
     control.start(START)
@@ -118,7 +118,7 @@ PASSED = [0.9, 0.2, 0.0]  # where a ball is nearer to the arm
 def loop(target: Target | None) -> Controller:
     """A loop of the planar arm, whose ball follows a target."""
     arm = planar_arm(LENGTHS.tolist(), radius=THICK)
-    limit = ObstacleLimit([BALL], MARGIN, 0.15, moving={"ball": target})
+    limit = ObstacleLimit([BALL], MARGIN, influence=0.15, moving={"ball": target})
     return Controller(arm, Stack([[DampingTask()]], [limit]), dt=DT)
 
 
@@ -193,7 +193,7 @@ def test_pairs_can_have_margins_of_their_own() -> None:
     """By one name or two, the last that fits; each pair brakes as far before its own margin."""
     panda = Robot.load("panda")
     given = {"panda_hand": 0.03, ("panda_hand", "panda_link0"): 0.05}
-    bound = SelfCollisionLimit(0.01, 0.05, margins=given).bind(panda, DT)
+    bound = SelfCollisionLimit(0.01, influence=0.05, margins=given).bind(panda, DT)
     found = dict(zip(bound.pair_names, bound.margins, strict=True))
     assert found["panda_link0 – panda_hand"] == 0.05
     assert found["panda_link1 – panda_hand"] == 0.03
@@ -210,7 +210,7 @@ def test_a_margin_of_one_pair_is_kept(rows: int) -> None:
     """The tip stays 6 cm away from one ball and 2 cm away from the other."""
     arm = planar_arm(LENGTHS.tolist(), radius=THICK, velocity=2.0)
     balls = [Sphere([0.9, y, 0.0], RADIUS, name=name) for name, y in (("upper", 0.4), ("lower", -0.4))]
-    limit = ObstacleLimit(balls, 0.02, 0.1, margins={"upper": 0.06}, rows=rows)
+    limit = ObstacleLimit(balls, 0.02, influence=0.1, margins={"upper": 0.06}, rows=rows)
     check_limit(limit, arm)
     for y, least in ((0.5, 0.06), (-0.5, 0.02)):
         task = PositionTask("tip", target=[0.9, y, 0.0], axes="xy", gain=3.0)

@@ -25,7 +25,7 @@ from taskopt.testing import check_limit
 from tests.helpers.robots import robot
 
 MARGIN, INFLUENCE = 0.01, 0.06
-BOTH = SelfCollisionLimit(MARGIN, INFLUENCE, gain=0.5)
+BOTH = SelfCollisionLimit(MARGIN, influence=INFLUENCE, gain=0.5)
 
 
 def filled(bound, at):

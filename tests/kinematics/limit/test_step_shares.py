@@ -45,7 +45,7 @@ def test_a_far_pair_may_lose_its_whole_room() -> None:
 def test_the_reserve_has_room_for_more_than_a_full_step() -> None:
     """d_s = margin + reserve with the reserve jump + 2 bend, at most half of the way to the influence."""
     arm = planar_arm([0.5, 0.5], velocity=2.0)
-    bound = ObstacleLimit([Sphere([0.6, 0.6, 0.0], 0.1)], MARGIN, INFLUENCE).bind(arm, DT)
+    bound = ObstacleLimit([Sphere([0.6, 0.6, 0.0], 0.1)], MARGIN, influence=INFLUENCE).bind(arm, DT)
     wanted = np.minimum(bound.jump + 2.0 * bound.bend, 0.5 * (INFLUENCE - MARGIN))
     assert (wanted > 0.0).any()
     np.testing.assert_array_equal(bound.reserve, wanted)

@@ -33,7 +33,9 @@ AXIS = (0.3, -0.5, 0.8)
 @pytest.mark.parametrize("name", FRAMES)
 def test_alignment_keeps_the_contract(name, direction):
     """A is the derivative of the turn that is left, on robots of four kinds."""
-    check_task(AxisAlignmentTask(FRAMES[name], AXIS, direction, gain=3.0, weight=2.0), robot(name), count=6)
+    check_task(
+        AxisAlignmentTask(FRAMES[name], AXIS, direction=direction, gain=3.0, weight=2.0), robot(name), count=6
+    )
 
 
 @pytest.mark.parametrize("name", FRAMES)
@@ -57,7 +59,11 @@ def test_a_wrong_derivative_is_caught(monkeypatch, fault):
     alignment_right = alignment.turn_into
     monkeypatch.setattr(alignment, "turn_into", wrong)
     with pytest.raises(AssertionError, match="not the derivative"):
-        check_task(AxisAlignmentTask("panda_hand", AXIS, (0.0, 1.0, 0.0), gain=3.0), robot("panda"), count=6)
+        check_task(
+            AxisAlignmentTask("panda_hand", AXIS, direction=(0.0, 1.0, 0.0), gain=3.0),
+            robot("panda"),
+            count=6,
+        )
     with pytest.raises(AssertionError, match="not the derivative"):
         check_task(LookAtTask("panda_hand", (0.5, 0.5, 2.0), axis=AXIS, gain=3.0), robot("panda"), count=6)
 
@@ -184,7 +190,7 @@ def test_the_closed_form_and_the_model_in_cvxpy_agree(kind):
     of = robot("panda")
     at = Configuration(of, generic_q(of, 4))
     task = (
-        AxisAlignmentTask("panda_hand", AXIS, (0.0, 1.0, 0.5), gain=3.0)
+        AxisAlignmentTask("panda_hand", AXIS, direction=(0.0, 1.0, 0.5), gain=3.0)
         if kind == "alignment"
         else LookAtTask("panda_hand", (1.0, 1.0, 0.2), axis=AXIS, gain=3.0)
     )

@@ -45,7 +45,13 @@ def test_the_rows_keep_the_contract(name, expressed):
     target = tumbling(relative_pose(at, FRAMES[name], ROOTS[name]), 1)
     for axes in ("xyzrpy", "xyz", "rpy"):
         task = RelativeFrameTask(
-            FRAMES[name], ROOTS[name], target=target, gain=5.0, weight=2.0, axes=axes, expressed=expressed
+            FRAMES[name],
+            root=ROOTS[name],
+            target=target,
+            gain=5.0,
+            weight=2.0,
+            axes=axes,
+            expressed=expressed,
         )
         check_task(task, of, count=5)
 
@@ -85,7 +91,7 @@ def test_a_wrong_derivative_is_caught(monkeypatch, where, fault):
     target = tumbling(relative_pose(at, "panda_hand", "panda_link4"), 1)
     monkeypatch.setattr(f"taskopt.kinematics.task.relative.{where}", fault)
     with pytest.raises(AssertionError, match="not the derivative"):
-        check_task(RelativeFrameTask("panda_hand", "panda_link4", target=target, gain=5.0), of, count=5)
+        check_task(RelativeFrameTask("panda_hand", root="panda_link4", target=target, gain=5.0), of, count=5)
 
 
 @pytest.mark.parametrize("name", FRAMES)
@@ -94,7 +100,7 @@ def test_error_and_rows_are_those_of_the_formula(name):
     of, frame, root = robot(name), FRAMES[name], ROOTS[name]
     at = Configuration(of, generic_q(of, 2))
     goal = pin.SE3(relative_pose(at, frame, root)) * pin.exp6(np.array([0.1, -0.2, 0.3, 0.5, -0.4, 0.2]))
-    _, rows = bound(RelativeFrameTask(frame, root, target=goal, gain=3.0), at)
+    _, rows = bound(RelativeFrameTask(frame, root=root, target=goal, gain=3.0), at)
     pose = pin.SE3(relative_pose(at, frame, root))
     away = goal.actInv(pose)
     J = at.jacobian(frame, "own") - pose.actionInverse @ at.jacobian(root, "own")
@@ -106,7 +112,7 @@ def test_joints_that_carry_both_frames_do_not_count():
     """The floating base and the torso of a humanoid move no hand relative to the other."""
     of = robot("talos_reduced")
     at = Configuration(of, generic_q(of, 0))
-    _, rows = bound(RelativeFrameTask(FRAMES["talos_reduced"], ROOTS["talos_reduced"]), at)
+    _, rows = bound(RelativeFrameTask(FRAMES["talos_reduced"], root=ROOTS["talos_reduced"]), at)
     both = np.intersect1d(of.support(FRAMES["talos_reduced"]), of.support(ROOTS["talos_reduced"]))
     assert both.size >= 8
     np.testing.assert_allclose(rows.A[:, both], 0.0, atol=1e-12)
@@ -120,7 +126,7 @@ def test_with_the_world_as_root_it_is_the_task_of_the_frame(expressed):
     at = Configuration(of, generic_q(of, 1))
     target = tumbling(at.pose("panda_hand"), 3)
     _, relative = bound(
-        RelativeFrameTask("panda_hand", "panda_link0", target=target, expressed=expressed), at, 0.2
+        RelativeFrameTask("panda_hand", root="panda_link0", target=target, expressed=expressed), at, 0.2
     )
     _, plain = bound(
         FrameTask("panda_hand", target=target, expressed="own" if expressed == "own" else "world"), at, 0.2
@@ -135,7 +141,7 @@ def test_the_closed_form_and_the_model_in_cvxpy_agree(name):
     of = robot(name)
     at = Configuration(of, generic_q(of, 4))
     goal = relative_pose(at, FRAMES[name], ROOTS[name]) @ pin.exp6(np.full(6, 0.1)).homogeneous
-    task = RelativeFrameTask(FRAMES[name], ROOTS[name], target=goal, gain=5.0, axes="xyz")
+    task = RelativeFrameTask(FRAMES[name], root=ROOTS[name], target=goal, gain=5.0, axes="xyz")
     free = Stack([[task], [JointTask(of.posture("middle"))]]).at(at, dt=1e-2)
     formula, ours = resolve(free, "pinv").x, resolve(free, "active-set").x
     np.testing.assert_allclose(ours, formula, atol=1e-9)
@@ -153,7 +159,7 @@ def test_two_hands_hold_a_part_while_one_of_them_moves():
     q = of.posture("default").copy() if "default" in of.postures else of.posture("middle").copy()
     start = Configuration(of, q)
     lead = PositionTask(left, target=start.pose(left)[:3, 3] + [0.0, 0.0, 0.1], gain=5.0)
-    hold = RelativeFrameTask(right, left, gain=20.0)
+    hold = RelativeFrameTask(right, root=left, gain=20.0)
     control = Controller(of, Stack([[lead], [hold], [JointTask()]]), dt=dt)
     for k in range(200):
         q = of.integrate(q, control.step(q, k * dt).v, dt)
@@ -171,7 +177,7 @@ def test_a_target_that_is_no_pose_is_named():
     """A pose with NaN, or a sheared one, from a sensor stops the tick with the name of the task."""
     of = robot("panda")
     latest = Latest()
-    task = RelativeFrameTask("panda_hand", "panda_link4", target=latest, name="wrist")
+    task = RelativeFrameTask("panda_hand", root="panda_link4", target=latest, name="wrist")
     plan = Stack([[task]]).compile(of, 1e-3)
     q = of.posture("default")
     for bad in (np.full((4, 4), np.nan), np.diag([1.0, 2.0, 1.0, 1.0])):
@@ -184,10 +190,14 @@ def test_a_target_that_is_no_pose_is_named():
 @pytest.mark.parametrize(
     ("make", "error", "words"),
     [
-        (lambda: RelativeFrameTask("tip", "tip"), InvalidValue, "two frames, got 'tip' twice"),
-        (lambda: RelativeFrameTask("a", "b", expressed="world"), InvalidValue, "'own' or 'root'"),
-        (lambda: RelativeFrameTask("a", "b", weight=(1.0, 0.0), axes="rpy"), InvalidValue, "weight is 0"),
-        (lambda: RelativeFrameTask("tip", "b").bind(robot("planar"), "t"), UnknownName, "'b'"),
+        (lambda: RelativeFrameTask("tip", root="tip"), InvalidValue, "two frames, got 'tip' twice"),
+        (lambda: RelativeFrameTask("a", root="b", expressed="world"), InvalidValue, "'own' or 'root'"),
+        (
+            lambda: RelativeFrameTask("a", root="b", weight=(1.0, 0.0), axes="rpy"),
+            InvalidValue,
+            "weight is 0",
+        ),
+        (lambda: RelativeFrameTask("tip", root="b").bind(robot("planar"), "t"), UnknownName, "'b'"),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, error, words):

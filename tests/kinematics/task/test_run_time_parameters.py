@@ -140,7 +140,7 @@ def test_a_copy_of_a_plan_goes_on_as_the_plan_does(copied):
     corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
     stack = Stack(
         [
-            [RelativeFrameTask("panda_hand", "panda_link3"), axis, damped],
+            [RelativeFrameTask("panda_hand", root="panda_link3"), axis, damped],
             [JointCouplingTask({"panda_joint2": 1.0, "panda_joint4": 1.0}), LowAccelerationTask()],
             [JointVelocityTask(partial(np.full, 7), name="go"), KineticEnergyTask()],
         ],

@@ -54,7 +54,7 @@ def near():
     line = PositionTask("tip", target=Line(by=(0.0, -0.5, 0.0), duration=0.4), axes="xy", gain=10.0)
     turn = OrientationTask("tip", axes="y", name="turn")
     limits = [
-        ObstacleLimit(OBSTACLES, MARGIN, INFLUENCE),
+        ObstacleLimit(OBSTACLES, MARGIN, influence=INFLUENCE),
         SelfCollisionLimit(name="itself"),
         JointVelocityLimit(velocity=6.0),
     ]
@@ -340,7 +340,7 @@ def test_an_obstacle_has_one_name_in_rows_scene_plots_and_events(near, tmp_path)
         Sphere((0.8, -0.2, 0.0), 0.1),
     ]
     names = {"ball", "sphere", "sphere 2"}
-    limits = [ObstacleLimit(balls, MARGIN, INFLUENCE), JointVelocityLimit(velocity=6.0)]
+    limits = [ObstacleLimit(balls, MARGIN, influence=INFLUENCE), JointVelocityLimit(velocity=6.0)]
     scenario = replace(near, stack=Stack(near.stack.levels, limits), name="spheres")
     info = RunInfo(scenario, ("active-set",))
     log = Log(info, tmp_path)
