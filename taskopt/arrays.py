@@ -3,6 +3,7 @@
 The types have short names, so that `help()` prints `Array` instead of the type parameters of NumPy.
 """
 
+from collections.abc import Mapping
 from reprlib import repr as shortened
 
 import numpy as np
@@ -39,7 +40,7 @@ def finite(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """
     array = number(name, value, shape)
     if not np.isfinite(array).all():
-        raise InvalidValue(f"{name} has a value that is not finite at {_where(~np.isfinite(array))}")
+        raise InvalidValue(f"{name} has a value that is not finite{_where(~np.isfinite(array))}")
     return array
 
 
@@ -75,7 +76,7 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         got = "×".join(map(str, array.shape)) or "a single number"
         raise InvalidValue(f"{name} must have shape {expected or 'of a number'}, got {got}")
     if np.isnan(array).any():
-        raise InvalidValue(f"{name} has NaN at {_where(np.isnan(array))}")
+        raise InvalidValue(f"{name} has NaN{_where(np.isnan(array))}")
     return array
 
 
@@ -117,7 +118,22 @@ def positive(name: str, value: ArrayLike) -> float:
     return result
 
 
+def require_mapping(name: str, value: object, example: str) -> None:
+    """Check that a value is a mapping.
+
+    Args:
+        name: Name of the value in messages.
+        value: The value that the user gave.
+        example: A mapping as it should be, for the message.
+
+    Raises:
+        InvalidValue: The value is no mapping.
+    """
+    if not isinstance(value, Mapping):
+        raise InvalidValue(f"{name} must be a mapping such as {example}, got {shortened(value)}")
+
+
 def _where(mask: Mask) -> str:
-    """Return the index of the first True entry as text."""
+    """Return the index of the first True entry as text, which is empty for a single number."""
     index = tuple(int(i) for i in np.argwhere(mask)[0])
-    return f"index {index if len(index) != 1 else index[0]}"
+    return f" at index {index if len(index) != 1 else index[0]}" if index else ""

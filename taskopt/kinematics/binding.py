@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import is_dataclass, replace
 from itertools import chain
+from reprlib import repr as shortened
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block, Layout
@@ -17,6 +18,21 @@ from taskopt.kinematics.task.level_damping import BoundLevelDamping
 _ROWS = ("name", "row_names", "row_units", "column")
 _TASK = (*_ROWS, "gain", "weight", "error")
 _BOUNDS = ("name", "owners")
+
+
+def require_robot(robot: object) -> None:
+    """Check that an argument is a robot.
+
+    Args:
+        robot: The argument.
+
+    Raises:
+        InvalidValue: It is something else, such as the name of a robot.
+    """
+    if not isinstance(robot, Robot):
+        raise InvalidValue(
+            f"robot must be a Robot, as Robot.load and Robot.from_urdf make one, got {shortened(robot)}"
+        )
 
 
 def bound_task(task: Task, robot: Robot, name: str) -> BoundTask:

@@ -7,7 +7,7 @@ advanced at the beginning of each tick.
 from collections import deque
 from collections.abc import Mapping
 
-from taskopt.arrays import positive
+from taskopt.arrays import positive, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.gate import LevelEnabled
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
@@ -41,6 +41,7 @@ class Changes:
             UnknownName: There is no parameter of that address.
             InvalidValue: A parameter does not take its value, or `over` is negative. Nothing is changed then.
         """
+        require_mapping("changes", changes, '{"hand.gain": 2.0}')
         if over != 0.0:
             positive("over", over)
         checked = []

@@ -21,6 +21,7 @@ from taskopt.kinematics.binding import (
     damping_of,
     layout_of,
     named_obstacles,
+    require_robot,
     set_dt,
 )
 from taskopt.kinematics.changes import Changes
@@ -141,6 +142,7 @@ class Plan:
     """
 
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
+        require_robot(robot)
         robot.require_unchanged()
         self.dt, self.robot = dt, robot
         self.configuration = Configuration(robot, robot.neutral)

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from copy import deepcopy
+from reprlib import repr as shortened
 
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, finite
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
@@ -38,7 +40,8 @@ class Controller:
 
     Raises:
         UnknownName: There is no resolver, frame, joint or policy of that name.
-        InvalidValue: dt ≤ 0, a size does not fit the robot, or a gain is too large for dt.
+        InvalidValue: dt ≤ 0, a size does not fit the robot, a gain is too large for dt, or robot or stack
+            is none.
     """
 
     def __init__(
@@ -49,6 +52,10 @@ class Controller:
         dt: float = 1e-3,
         on_conflict: ConflictPolicy = "raise",
     ) -> None:
+        if not isinstance(stack, Stack):
+            raise InvalidValue(
+                f"stack must be a Stack, such as Stack([[task], [task]], [limit]), got {shortened(stack)}"
+            )
         self._follow(stack.compile(robot, dt), as_resolver(resolver), checked_policy(on_conflict))
 
     def _follow(self, plan: Plan, resolver: Resolver, policy: ConflictPolicy) -> None:
@@ -85,7 +92,10 @@ class Controller:
 
     @property
     def parameters(self) -> Mapping[str, Setting]:
-        """Present values of all parameters by address, such as "hand.weight"; see `set`."""
+        """Present values of all parameters by address, such as "hand.weight"; see `set`.
+
+        A target is that of the last step; before `start` and the first step it is not known yet, and zero.
+        """
         return self.plan.changes.read()
 
     def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:

@@ -385,3 +385,21 @@ def test_nothing_is_compiled_and_the_next_tick_starts_warm() -> None:
         assert warm.certified()
         assert warm.iterations < cold.iterations
         np.testing.assert_array_equal(warm.state, cold.state)
+
+
+def test_a_change_that_is_no_mapping_is_told_the_way_out() -> None:
+    """`set("hand.gain", 2.0)`, as many would write it first."""
+    of = robot("panda")
+    control = Controller(of, Stack([[JointTask(name="rest")]]))
+    with pytest.raises(InvalidValue, match=r"changes must be a mapping such as .*got 'rest.gain'"):
+        control.set("rest.gain", 2.0)  # type: ignore[arg-type]
+    control.set({"rest.gain": 2.0})
+    control.step(of.posture("default"), 0.0)
+    assert control.parameters["rest.gain"] == 2.0
+
+
+@pytest.mark.parametrize("moving", [{5: (0.0, 0.0, 0.0)}, {-1: (0.0, 0.0, 0.0)}, {"bal": (0.0, 0.0, 0.0)}])
+def test_an_obstacle_that_is_none_does_not_move(moving: dict) -> None:
+    """By number as by name."""
+    with pytest.raises(UnknownName, match="no obstacle named"):
+        ObstacleLimit(Sphere((1.0, 0.0, 0.0), 0.1, name="ball"), moving=moving)

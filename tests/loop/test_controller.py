@@ -164,3 +164,17 @@ def test_what_is_no_resolver_is_refused_at_once(given: object, sentence: str) ->
     """A class in place of a resolver, and an object that lacks parts of the protocol."""
     with pytest.raises(InvalidValue, match=sentence):
         Controller(planar_arm(), Stack([[JointTask()]]), given)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((STACK, ARM), "stack must be a Stack"),
+        ((ARM, [[JointTask()]]), "stack must be a Stack"),
+        (("panda", STACK), "robot must be a Robot, as Robot.load .* got 'panda'"),
+    ],
+)
+def test_arguments_of_another_kind_are_told_apart(arguments: tuple, message: str) -> None:
+    """A swapped pair, bare levels, and the name of a robot in place of the robot."""
+    with pytest.raises(InvalidValue, match=message):
+        Controller(*arguments)

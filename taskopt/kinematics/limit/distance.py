@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.collision.choice import PairChoice, choose_pairs, named_choice
 from taskopt.kinematics.collision.model import Collision
@@ -181,10 +181,11 @@ def _numbered_targets(
     moving: Mapping[str | int, Target | Value | None], obstacles: Sequence[Shape]
 ) -> dict[str | int, Target | Value | None]:
     """Replace the names of obstacles by their numbers, since a stack may rename obstacles."""
+    require_mapping("moving", moving, '{"ball": Latest((0.5, 0.0, 0.3))}')
     names, out = obstacle_names(obstacles), {}
     for key, target in moving.items():
-        if isinstance(key, str) and key not in names:
-            raise UnknownName("obstacle", key, names)
+        if key not in (names if isinstance(key, str) else range(len(names))):
+            raise UnknownName("obstacle", str(key), names)
         out[names.index(key) if isinstance(key, str) else key] = target
     return out
 

@@ -73,7 +73,7 @@ def as_pose(name: str, value: object, start: Array) -> Array:
     elif array.shape == (7,):
         pose[:3, 3], pose[:3, :3] = array[:3], _rotation(name, array[3:])
     else:
-        shape = "×".join(map(str, array.shape)) or "a single number"
+        shape = "×".join(map(str, array.shape)) or repr(value)
         raise InvalidValue(f"{name} must be {FORMS}, got {shape}")
     return checked_pose(name, pose)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, ArrayLike, finite, number, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.engine import GeometryModel, JointModel, Model
 from taskopt.kinematics.robot.joints import joint_table
@@ -45,7 +45,12 @@ def with_frame(parts: Parts, name: str, parent: int, pose: Array) -> Parts:
 
     Returns:
         Parts whose tree has the frame; their shapes are the same.
+
+    Raises:
+        InvalidValue: The name is empty, or no text.
     """
+    if not isinstance(name, str) or not name:
+        raise InvalidValue(f"a frame needs a name, got {name!r}")
     model = pin.Model(parts.model)
     frame = model.frames[parent]
     place = frame.placement * pin.SE3(pose[:3, :3], pose[:3, 3])
@@ -68,8 +73,10 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
         InvalidValue: A limit is wider than the present one, no range is left, or the joint has no single
             coordinate that could have a limit.
     """
+    _check_mappings(limits)
     model = pin.Model(parts.model)
-    for name, (lower, upper) in limits.position.items():
+    for name, ends in limits.position.items():
+        lower, upper = finite(f"the range (q_min, q_max) of {name}", ends, (2,))
         _narrow(model, _joint(model, name), name, float(lower), float(upper))
     for name, margin in _margins(model, limits.margin).items():
         joint = _joint(model, name)
@@ -83,17 +90,22 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
         joint = _joint(model, name, single=False)
         columns = slice(joint.idx_v, joint.idx_v + joint.nv)
         way_out = "for a wider one make a Robot of a changed pin.Model"
-        _require_tighter(f"velocity limit of {name}", fastest, float(present[columns].min()), way_out)
-        model.upperVelocityLimit[columns] = fastest
-        model.lowerVelocityLimit[columns] = -fastest
+        most = _tighter(f"velocity limit of {name}", fastest, float(present[columns].min()), way_out)
+        model.upperVelocityLimit[columns], model.lowerVelocityLimit[columns] = most, -most
     acceleration = dict(parts.acceleration)
-    for name, most in limits.acceleration.items():
+    for name, strongest in limits.acceleration.items():
         _joint(model, name, single=False)
         before, way_out = acceleration.get(name, np.inf), "a wider one is given to the original robot"
-        _require_tighter(f"acceleration limit of {name}", most, before, way_out)
-        acceleration[name] = float(most)
+        acceleration[name] = _tighter(f"acceleration limit of {name}", strongest, before, way_out)
     postures = {name: _inside(model, q) for name, q in parts.postures.items()}
     return replace(parts, model=model, postures=postures, acceleration=acceleration)
+
+
+def _check_mappings(limits: TighterLimits) -> None:
+    """Raise `InvalidValue` unless limits are given by name of joint."""
+    require_mapping("position", limits.position, '{"elbow": (-1.0, 1.0)}')
+    require_mapping("velocity", limits.velocity, '{"elbow": 0.5}')
+    require_mapping("acceleration", limits.acceleration, '{"elbow": 2.0}')
 
 
 def without_collision(parts: Parts, pairs: frozenset[frozenset[str]]) -> Parts:
@@ -158,11 +170,13 @@ def _narrow(model: Model, joint: JointModel, name: str, lower: float, upper: flo
     model.lowerPositionLimit[place], model.upperPositionLimit[place] = lower, upper
 
 
-def _require_tighter(what: str, limit: float, present: float, way_out: str) -> None:
-    """Raise `InvalidValue` unless a limit is > 0 and at most the present one."""
-    if not 0.0 < limit <= present:
+def _tighter(what: str, limit: ArrayLike, present: float, way_out: str) -> float:
+    """Return a limit that is > 0 and at most the present one; raise `InvalidValue` if it is not."""
+    out = float(number(f"the {what}", limit, ()))
+    if not 0.0 < out <= present:
         most = f"at most {present:g}, the present one" if np.isfinite(present) else "a number"
-        raise InvalidValue(f"the {what} must be > 0 and {most}, got {limit:g}; {way_out}")
+        raise InvalidValue(f"the {what} must be > 0 and {most}, got {out:g}; {way_out}")
+    return out
 
 
 def _inside(model: Model, q: Array) -> Array:

@@ -637,10 +637,18 @@ class Robot:
         Returns:
             The configuration (nq,) after the step.
 
+        Raises:
+            InvalidValue: q or v has the wrong size.
+
         Source:
             (3.48).
         """
-        return pin.integrate(self.model, q, v * dt)
+        try:
+            return pin.integrate(self.model, q, v * dt)
+        except ValueError as error:  # of Pinocchio; a check before each step would cost as much as the step
+            got = f"{'×'.join(map(str, np.shape(q)))} and {'×'.join(map(str, np.shape(v)))}"
+            needs = f"q of shape {self.nq} and v of shape {self.nv}, got {got}"
+            raise InvalidValue(f"a step of {self.name} needs {needs}") from error
 
     def difference(self, q0: Array, q1: Array) -> Array:
         """Compute the velocity that leads from q0 to q1 in unit time: q0 ⊕ difference(q0, q1) = q1.

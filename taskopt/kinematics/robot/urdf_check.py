@@ -35,6 +35,7 @@ _JOINT_PARTS = {
 _TYPES = ("revolute", "continuous", "prismatic", "planar", "floating", "fixed")
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _LIMITS = ("lower", "upper", "velocity", "effort")
+_ATTRIBUTES = {"axis": {"xyz"}, "limit": set(_LIMITS), "mimic": {"joint", "multiplier", "offset"}}
 _UNEXPANDED = re.compile(r"\$\{|\$\(")
 
 
@@ -177,6 +178,11 @@ def _check_joint(where: str, joint: ET.Element) -> None:
     axis = [1.0, 0.0, 0.0] if stated is None else numbers(where, stated, "xyz", 3, None)
     if kind in _WITH_AXIS and not np.linalg.norm(axis) > 0.0:
         raise InvalidValue(f"{where} moves, and its axis is 0 0 0, which is no direction")
+    if kind == "planar" and stated is not None and (axis[0] or axis[1]):
+        raise InvalidValue(
+            f"{where} is planar, and its <axis>, the normal of the plane, is '{stated.get('xyz')}'; it is "
+            "read along z only: turn the joint with <origin rpy=…>"
+        )
     if kind in ("revolute", "prismatic"):
         _check_range(where, joint)
     elif (limit := joint.find("limit")) is not None:
@@ -296,9 +302,13 @@ def _surprises(joint: ET.Element, kind: str) -> Iterator[str]:
         yield ": <mimic> is not held, since the joint has several axes"
     if kind in ("revolute", "prismatic") and limit is not None and _is_softer(joint, limit):
         yield ": the soft limits of <safety_controller> are not held; the range is that of <limit>"
+    if kind == "planar" and joint.find("axis") is None:
+        yield ": no <axis> is stated; the plane is that of x and y of the joint"
     for part in joint:
         if part.tag not in _JOINT_PARTS:
             yield f": the element <{_local(part)}> is not read"
+        for name in sorted(set(part.attrib) - _ATTRIBUTES.get(str(part.tag), set(part.attrib))):
+            yield f": the attribute {name} of <{part.tag}> is not read"
 
 
 def _is_softer(joint: ET.Element, limit: ET.Element) -> bool:

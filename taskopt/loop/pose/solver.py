@@ -9,6 +9,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue, UnknownName
+from taskopt.kinematics.binding import require_robot
 from taskopt.kinematics.limit import JointPositionLimit, Limit
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PoseSpace, Value, plain
@@ -70,6 +71,7 @@ class PoseSolver:
         postures: int = POSTURES,
         seed: int = 0,
     ) -> None:
+        require_robot(robot)
         self._declared = goals, limits, postures, seed
         self.robot = robot
         self._targets: dict[str, Latest] = {}

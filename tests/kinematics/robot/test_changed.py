@@ -77,13 +77,24 @@ def test_limits_become_tighter_and_nothing_else_changes() -> None:
         ({"velocity": {"panda_joint1": 9.0}}, "at most 2.175"),
         ({"velocity": {"panda_joint1": 0.0}}, "must be > 0"),
         ({"acceleration": {"panda_joint1": 0.0}}, "panda_joint1 must be > 0 and a number"),
-        ({"acceleration": {"panda_joint1": float("nan")}}, "acceleration limit of panda_joint1 must be > 0"),
+        ({"acceleration": {"panda_joint1": float("nan")}}, "acceleration limit of panda_joint1 has NaN$"),
+        ({"velocity": 0.5}, "velocity must be a mapping such as .*elbow.*got 0.5"),
+        (
+            {"velocity": {"panda_joint1": "fast"}},
+            "velocity limit of panda_joint1 must be numbers, got 'fast'",
+        ),
+        ({"acceleration": [1.0, 2.0]}, "acceleration must be a mapping"),
+        ({"position": (-1.0, 1.0)}, "position must be a mapping"),
+        (
+            {"position": {"panda_joint1": 1.0}},
+            "range .* of panda_joint1 must have shape 2, got a single number",
+        ),
         ({"margin": 3.0}, "panda_joint1 must lie inside"),
         ({"margin": {"panda_joint1": -0.1}}, "margin of panda_joint1 must be ≥ 0"),
         ({"margin": {"panda_joint1": float("nan")}}, "margin of panda_joint1 must be ≥ 0"),
     ],
 )
-def test_wider_limits_are_refused(changes: dict, message: str) -> None:
+def test_what_is_no_tighter_limit_is_refused(changes: dict, message: str) -> None:
     """What is no tightening is refused by the name of the joint."""
     with pytest.raises(InvalidValue, match=message):
         robot("panda").with_limits(**changes)

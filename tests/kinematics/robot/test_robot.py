@@ -109,6 +109,24 @@ def test_a_bad_q_is_refused_by_name(name, spoil, said):
         robot(name).checked_q(spoil(robot(name).posture("middle")))
 
 
+@pytest.mark.parametrize(("missing_q", "missing_v"), [(1, 0), (0, 1)])
+def test_a_step_of_the_wrong_size_is_refused(missing_q, missing_v):
+    """With both sizes that the robot has, in place of a page of C++."""
+    of = Robot.load("panda")
+    q, v = of.posture("default")[missing_q:], np.zeros(of.nv)[missing_v:]
+    with pytest.raises(
+        InvalidValue, match=f"q of shape 9 and v of shape 9, got {9 - missing_q} and {9 - missing_v}"
+    ):
+        of.integrate(q, v, 0.1)
+
+
+@pytest.mark.parametrize("name", ["", 3])
+def test_a_frame_without_a_name_is_refused(name):
+    """Pinocchio would take the first, and answer the second with its C++ signatures."""
+    with pytest.raises(InvalidValue, match="a frame needs a name, got"):
+        Robot.load("planar2").with_frame(name, "tip", np.eye(4))
+
+
 def test_a_quaternion_that_drifted_is_normalised():
     """Rounding of 1e-8 is taken away, and the caller's array is left alone."""
     talos = robot("talos_reduced")

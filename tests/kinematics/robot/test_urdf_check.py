@@ -89,6 +89,10 @@ REFUSED = {
         ),
         "'t' mimics 'pan', which has several axes",
     ),
+    "a plane that is not that of x and y": (
+        robot(joint("pan", "base", "upper", "", "planar").replace("0 0 1", "1 0 0"), TILT),
+        "'pan' is planar.*'1 0 0'.*along z only",
+    ),
     "a macro": (
         ARM.replace("<robot", f"<robot {XACRO}").replace("<link", "<xacro:a/><link", 1),
         "xacro.*<xacro:a>",
@@ -134,6 +138,23 @@ DROPPED = {
     "no speed": (
         robot(joint("pan", "base", "upper", LIMIT.replace("3", "0")), TILT),
         "joint pan: velocity 0",
+    ),
+    "an attribute of a limit": (
+        ARM.replace('upper="2"', 'uper="2"', 1),
+        "joint pan: the attribute uper of <limit> is not read",
+    ),
+    "an attribute of a mimic": (
+        robot(
+            PAN,
+            TILT,
+            joint("roll", "lower", "end", LIMIT + '<mimic joint="pan" multiplyer="2"/>'),
+            links="base upper lower end",
+        ),
+        "joint roll: the attribute multiplyer of <mimic> is not read",
+    ),
+    "a plane without a normal": (
+        robot(joint("pan", "base", "upper", "", "planar").replace('<axis xyz="0 0 1"/>', ""), TILT),
+        "joint pan: no <axis> is stated; the plane is that of x and y",
     ),
     "a range of a wheel": (
         robot(joint("pan", "base", "upper", kind="continuous"), TILT),

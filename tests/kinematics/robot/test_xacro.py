@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from taskopt.errors import InvalidValue, MissingFile, NotInstalled
+from taskopt.errors import InvalidValue, MissingFile, NotInstalled, UnknownName
 from taskopt.kinematics.robot import Robot
 
 pytest.importorskip("xacrodoc")
@@ -88,6 +88,18 @@ def test_a_file_that_cannot_be_expanded_is_refused(package, text, said):
     path.write_text(text)
     with pytest.raises(InvalidValue, match=f"(?s)arm.xacro.*{said}"):
         Robot.from_xacro(path)
+
+
+def test_an_argument_that_the_file_does_not_have_is_refused(package):
+    """With the names that it has; one that only an included file declares is accepted."""
+    path = package / "urdf" / "arm.xacro"
+    path.write_text(ARM.replace("FILE", "parts.xacro"))
+    (package / "urdf" / "parts.xacro").write_text(
+        PARTS.replace("<xacro:macro", '<xacro:arg name="length" default="1"/><xacro:macro')
+    )
+    assert Robot.from_xacro(path, {"length": 2.0}).nv == 2
+    with pytest.raises(UnknownName, match=r"no argument of arm\.xacro named 'griper'; did you mean gripper"):
+        Robot.from_xacro(path, {"griper": False})
 
 
 def test_arguments_that_are_none_are_refused(package):
