@@ -3,7 +3,7 @@
 The types have short names, so that `help()` prints `Array` instead of the type parameters of NumPy.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from reprlib import repr as shortened
 
 import numpy as np
@@ -131,6 +131,24 @@ def require_mapping(name: str, value: object, example: str) -> None:
     """
     if not isinstance(value, Mapping):
         raise InvalidValue(f"{name} must be a mapping such as {example}, got {shortened(value)}")
+
+
+def names_in(what: str, value: str | Iterable[str]) -> list[str]:
+    """Return one name or several as a list.
+
+    Args:
+        what: Name of the argument in messages.
+        value: One name, or several.
+
+    Returns:
+        The names.
+
+    Raises:
+        InvalidValue: The value is neither, such as None.
+    """
+    if not isinstance(value, Iterable):
+        raise InvalidValue(f"{what} must be names of joints, got {value!r}; leave it out for none")
+    return [value] if isinstance(value, str) else list(value)
 
 
 def _where(mask: Mask) -> str:

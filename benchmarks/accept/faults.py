@@ -377,8 +377,8 @@ _OF_HIERARCHY = (
     Fault(
         "a bound binds at the last level with a multiplier",
         "hierarchy/active.py",
-        "int(np.argmax(_counted(multipliers[:, i])))",
-        "len(multipliers) - 1 - int(np.argmax(_counted(multipliers[::-1, i])))",
+        "int(np.argmax(_counted(values)))",
+        "len(values) - 1 - int(np.argmax(_counted(values)[::-1]))",
     ),
 )
 
@@ -545,8 +545,8 @@ _OF_KINEMATICS = (
     Fault(
         "a joint outside its range must return",
         "kinematics/limit/joint.py",
-        "min(rate * (memory[2 * i + 1] - q), 0.0)",
-        "rate * (memory[2 * i + 1] - q)",
+        "min(rate * (memory[3 * i + 1] + margin - q), 0.0)",
+        "rate * (memory[3 * i + 1] + margin - q)",
     ),
     Fault(
         "braking as in continuous time",

@@ -49,7 +49,7 @@ def active_rows(problem: Hierarchy, state: StateArray, multipliers: Array) -> tu
     lower, upper = problem.bounds()
     found = []
     for i in np.flatnonzero((state != 0) & (lower < upper)):
-        level = int(np.argmax(_counted(multipliers[:, i])))
+        level = _binding_level(multipliers[:, i])
         name = problem.name_of(int(i), bool(state[i] > 0))
         side = "upper" if state[i] > 0 else "lower"
         found.append(Active(name, side, float(multipliers[level, i]), level + 1))
@@ -71,7 +71,7 @@ def fixed_rows(problem: Hierarchy, multipliers: Array) -> tuple[Active, ...]:
     lower, upper = problem.bounds(stop)
     found = []
     for i in np.flatnonzero(lower == upper):
-        level = int(np.argmax(_counted(multipliers[:, i])))
+        level = _binding_level(multipliers[:, i])
         names = dict.fromkeys(problem.name_of(int(i), side) for side in (False, True))
         found.append(Active(" and ".join(names), FIXED, float(multipliers[level, i]), level + 1))
     return tuple(found)
@@ -106,3 +106,8 @@ def level_multipliers(problem: Hierarchy, state: StateArray, multipliers: Array)
 def _counted(values: Array) -> Mask:
     """Return True for each multiplier of one row, (levels + 1,), that is larger than solver accuracy."""
     return np.abs(values) > COUNTED_MULTIPLIER * max(1.0, float(np.abs(values).max()))
+
+
+def _binding_level(values: Array) -> int:
+    """Return the index of the first level at which a row, with multipliers (levels + 1,), has a price."""
+    return int(np.argmax(_counted(values)))

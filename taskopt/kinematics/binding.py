@@ -21,18 +21,19 @@ _BOUNDS = ("name", "owners")
 
 
 def require_robot(robot: object) -> None:
-    """Check that an argument is a robot.
+    """Check that an argument is a robot whose model is as it was when the robot was made.
 
     Args:
         robot: The argument.
 
     Raises:
-        InvalidValue: It is something else, such as the name of a robot.
+        InvalidValue: It is something else, such as the name of a robot, or its model was changed since.
     """
     if not isinstance(robot, Robot):
         raise InvalidValue(
             f"robot must be a Robot, as Robot.load and Robot.from_urdf make one, got {shortened(robot)}"
         )
+    robot.require_unchanged()
 
 
 def bound_task(task: Task, robot: Robot, name: str) -> BoundTask:

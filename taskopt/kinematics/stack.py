@@ -143,7 +143,6 @@ class Plan:
 
     def __init__(self, stack: Stack, robot: Robot, dt: float) -> None:
         require_robot(robot)
-        robot.require_unchanged()
         self.dt, self.robot = dt, robot
         self.configuration = Configuration(robot, robot.neutral)
         names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from taskopt.arrays import Array, ArrayLike, IntArray, finite
+from taskopt.arrays import Array, ArrayLike, IntArray, finite, names_in
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.tolerances import JOINT_RANGE, MODEL_UNCHANGED, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
@@ -436,9 +436,7 @@ class Robot:
             UnknownName: There is no joint of that name.
             InvalidValue: q does not fit the robot, or `names` are no names.
         """
-        if not isinstance(names, Iterable):
-            raise InvalidValue(f"lock must be names of joints, got {names!r}; leave it out to lock none")
-        ids = [self.joint_id(name) for name in ([names] if isinstance(names, str) else names)]
+        ids = [self.joint_id(name) for name in names_in("lock", names)]
         if not ids:
             return self
         held = self._inside(self.neutral) if q is None else self.checked_q(q)

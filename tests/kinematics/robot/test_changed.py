@@ -194,5 +194,7 @@ def test_a_joint_with_several_velocities_has_one_acceleration_limit_for_each() -
 def test_no_names_to_lock_are_refused() -> None:
     """None, or a number, is no list of names; the way out is to leave it out."""
     for wrong in (None, 3):
-        with pytest.raises(InvalidValue, match=r"lock must be names of joints, got .*; leave it out"):
+        with pytest.raises(
+            InvalidValue, match=r"lock must be names of joints, got .*; leave it out for none"
+        ):
             Robot.load("planar3", lock=wrong)  # type: ignore[arg-type]
