@@ -29,7 +29,6 @@ from taskopt import (
     JointTask,
     JointVelocityLimit,
     Latest,
-    RestDamping,
     Robot,
     Stack,
 )
@@ -120,8 +119,7 @@ def benchmark_case(name: str, ticks: int) -> BenchmarkCase:
     if "x" in name:
         for pose in poses:
             pose[:3, 3] += OUT_OF_REACH
-    damping = None if "x" in name else RestDamping()
-    stack = Stack(levels=levels, limits=limits, damping=damping)
+    stack = Stack(levels=levels, limits=limits)
     return BenchmarkCase(name, robot, q0, frame, hand, stack, poses)
 
 

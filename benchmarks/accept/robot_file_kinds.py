@@ -56,10 +56,11 @@ def kinds() -> tuple[Kind, ...]:
 
 
 def _joint(name: str, kind: str, parent: str, child: str, inner: str = "") -> str:
-    """Return a joint with an origin and an axis that are no multiples of anything."""
+    """Return a joint whose origin and axis, but for the normal of a plane, are no multiples of anything."""
+    axis = "0 0 1" if kind == "planar" else "0.6 0 0.8"
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 -0.6"/><axis xyz="0.6 0 0.8"/>{inner}</joint>'
+        f'<origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 -0.6"/><axis xyz="{axis}"/>{inner}</joint>'
     )
 
 

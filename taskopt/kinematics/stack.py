@@ -54,7 +54,7 @@ class Stack:
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
             smaller. Default: the identity.
         damping: Damping that a `Controller` or a `Scenario` adds at ticks at which the robot would not come
-            to rest, as where a still target is out of reach; see `RestDamping`. None for none.
+            to rest, as where a still target is out of reach; see `RestDamping`. Default: none.
 
     Raises:
         InvalidValue: There is no level, a level is empty, or an entry is not a task or not a limit.
@@ -66,7 +66,7 @@ class Stack:
     levels: Sequence[Sequence[Task]]
     limits: Sequence[Limit] = ()
     norm: ArrayLike | None = None
-    damping: RestDamping | None = field(default=RestDamping(), kw_only=True)
+    damping: RestDamping | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         levels = tuple(_tuple(level, "a level", Task) for level in self.levels)

@@ -87,7 +87,9 @@ class WeightedQP:
         """
         problem = weighted_problem(hierarchy, self.ratio)
         qp, R = orthogonal_program(problem)
-        solution = solve_to(solver(self.solver), self.accuracy, WEIGHTED_SOLVER_SHARE)(qp)
+        solution = solver(self.solver)(qp, WEIGHTED_SOLVER_SHARE * self.accuracy)
+        if solution.status is Status.FAILED:  # as interior points may, where x is much larger than 1
+            solution = solve_to(solver(self.solver), self.accuracy)(qp)
         if solution.status in (Status.INFEASIBLE, Status.FAILED):
             return no_answer(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)

@@ -93,7 +93,8 @@ def test_a_reachable_target_is_never_damped() -> None:
 def test_no_tick_of_the_reachable_benchmark_cases_is_damped(name: str) -> None:
     """Neither where velocity limits are active, nor where tasks of one level are weighed."""
     case = benchmark_case(name, 120)
-    control, q = Controller(case.robot, case.stack, dt=0.002), case.q0
+    stack = replace(case.stack, damping=RestDamping())
+    control, q = Controller(case.robot, stack, dt=0.002), case.q0
     for k, pose in enumerate(case.poses):
         case.hand.set(pose)
         q = case.robot.integrate(q, control.step(q, 0.002 * k).v, 0.002)
@@ -148,7 +149,7 @@ def test_a_scenario_is_damped_and_its_step_keeps_the_declared_problem() -> None:
     """With any strict resolver; without damping the velocities jump."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)
     far = PositionTask("tip", target=(1.8, 1.2, 0.0), gain=5.0, axes="xy")
-    stack = Stack([[far], [JointTask()]], [JointVelocityLimit()])
+    stack = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
     scenario = Scenario(robot=arm, q0=[0.3, 0.5, 0.4], stack=stack, duration=3.0, dt=DT)
     for name in ("active-set", "hqp/daqp"):
         found = list(run(scenario, name))
@@ -181,7 +182,8 @@ def test_an_arm_rests_at_random_poses_in_and_out_of_reach(seed: int) -> None:
     rng = np.random.default_rng(seed)
     target = np.array([*rng.uniform(-1.2, 1.2, 2), rng.uniform(-0.2, 1.4)])
     hand = FrameTask("panda_hand", target=target, gain=5.0)
-    stack = Stack([[hand], [JointTask()]], [JointPositionLimit(), JointVelocityLimit()])
+    limits = [JointPositionLimit(), JointVelocityLimit()]
+    stack = Stack([[hand], [JointTask()]], limits, damping=RestDamping())
     control, q, found = Controller(panda(), stack, dt=DT), panda().posture("default"), []
     for k in range(1000):
         found.append(control.step(q, k * DT))

@@ -20,6 +20,7 @@ from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.paths import EVENTS, data_path
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
+from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver
 from tests.helpers.rrd import rows_of
 
@@ -48,7 +49,7 @@ def recorded(made: Scenario, answer: Resolver, folder: Path) -> tuple[list[Step]
     [
         ("damping", DampedLeastSquares(Chiaverini(0.05, 0.1)), "damping keeps it apart"),
         ("rank", PseudoInverse(RankRule(lost=0.1, regained=0.1)), "a rank that may go either way"),
-        ("accuracy", resolver("hqp/highs"), "its accuracy is less than was asked for"),
+        ("accuracy", HierarchicalQP("proxqp", accuracy=1e-13), "its accuracy is less than was asked for"),
     ],
 )
 def test_each_cause_is_an_event_from_its_first_tick_to_its_last(
