@@ -58,8 +58,9 @@ class OneCall:
         self._arguments = *plan.tick, self.history
         self._settings, self._apart = search.settings, LazyTick()
         fast, limit = (int(number) for number in search.settings)
-        self._with_search = _fill_and_tick(plan.fill, tick, fast, limit)
-        self._entry = _fill_and_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
+        form = _fill_and_tick if rest is None else _fill_tick_and_doubt
+        self._with_search = form(plan.fill, tick, fast, limit)
+        self._entry = form(plan.fill, tick_fast, fast, limit) if fast else self._with_search
 
     def answer(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time; the answer is not checked.
@@ -149,8 +150,7 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
     """Return the compiled tick of a plan: its fill function, then `tick` or `tick_fast`.
 
-    The function returns FLAWED if the rows are flawed, and IN_DOUBT in place of SOLVED if the tick may have
-    to be damped.
+    The function returns FLAWED if the rows are flawed.
     """
 
     @kernel_apart
@@ -163,13 +163,28 @@ def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
             return FLAWED, 0
         buffer, norm, offsets, columns = problem_in(program, numbers)
         settings = np.int64(fast), np.int64(limit)
-        code, rounds = resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+        return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+
+    return cast("Entry", fill_and_tick)
+
+
+@lru_cache(maxsize=256)
+def _fill_tick_and_doubt(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
+    """Return the same function with IN_DOUBT in place of SOLVED if the tick may have to be damped."""
+    entry = _fill_and_tick(fill, resolve, fast, limit)
+
+    @kernel_apart
+    def fill_tick_and_doubt(program, numbers, q, jacobians, placements, history, state, answer):
+        """Fill the rows, resolve them, and look whether a level may be near a loss of rank."""
+        code, rounds = entry(program, numbers, q, jacobians, placements, history, state, answer)
+        program, numbers = borrowed(program), borrowed(numbers)
+        buffer, norm, offsets, columns = problem_in(program, numbers)
         n, start = norm.size, program[Header.BOX]
         watch = numbers[numbers.size - watch_size(n, columns.size) :]
         if code == _SOLVED and watch[0] > 0.0:
             base = numbers[start : start + 2 * n]
-            if rank_in_doubt(buffer, norm, offsets, columns, answer[:n], state, base, watch):
+            if rank_in_doubt(buffer, norm, offsets, columns, borrowed(answer)[:n], state, base, watch):
                 return IN_DOUBT, rounds
         return code, rounds
 
-    return cast("Entry", fill_and_tick)
+    return cast("Entry", fill_tick_and_doubt)

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.proof import judge
 from taskopt.kinematics.configuration import Configuration
@@ -77,7 +78,7 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     tip: list[Task] = [PositionTask("tip", target=line, axes="xy")]
     rates: list[Limit] = [JointPositionLimit(), JointVelocityLimit(), JointAccelerationLimit(50.0)]
     arm, turn = _bare_arm(), Function(lambda t: exp6(np.array([0.0, 0.0, 0.0, 0.0, 0.0, t])))
-    yield _with_masses(), Stack([[CentreOfMassTask(axes="xy")], [JointTask()]])
+    yield _with_masses(), Stack([[CentreOfMassTask(axes="xy")], [JointTask()]], damping=RestDamping())
     yield (
         arm,
         Stack(

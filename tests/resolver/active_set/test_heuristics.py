@@ -21,7 +21,7 @@ from tests.resolver.active_set.families import any_guess, cone, degenerate, near
 
 Family = Callable[[int], Hierarchy]
 compiled_only = pytest.mark.skipif(
-    not COMPILED, reason="it lies at the edge of rounding, and in plain Python NumPy's sums differ by processor"
+    not COMPILED, reason="it lies at the edge of rounding, and NumPy's sums differ by processor"
 )
 
 
