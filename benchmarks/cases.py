@@ -13,7 +13,7 @@ Letters after the number change the case:
           posture
     h     the feet as hard equalities
     x     saturated: the circle lies 1 m ahead and cannot be reached, and with a gain of 1 per tick up to 30
-          joints run into their bounds and back on every tick; without damping, which no peer has
+          joints run into their bounds and back on every tick
 """
 
 from dataclasses import dataclass
@@ -119,8 +119,7 @@ def benchmark_case(name: str, ticks: int) -> BenchmarkCase:
     if "x" in name:
         for pose in poses:
             pose[:3, 3] += OUT_OF_REACH
-    stack = Stack(levels=levels, limits=limits)
-    return BenchmarkCase(name, robot, q0, frame, hand, stack, poses)
+    return BenchmarkCase(name, robot, q0, frame, hand, Stack(levels=levels, limits=limits), poses)
 
 
 def weights(name: str) -> dict[str, float]:

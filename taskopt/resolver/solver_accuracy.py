@@ -38,19 +38,19 @@ def checked_accuracy(value: float) -> float:
     return accuracy
 
 
-def solve_to(solve: Solve, accuracy: float, share: float = SOLVER_SHARE) -> SolveProgram:
+def solve_to(solve: Solve, accuracy: float) -> SolveProgram:
     """Make a function that solves programs with a diagonal H to a given relative accuracy of x.
 
     The unknowns are counted from the optimum without any bound, −H⁻¹ g, which leaves no linear term: rounding
     errors in g are no scale then. Rows are divided by their length, and bounds by the largest distance of
     that point to them, so that what is left has about size one. Bounds far beyond that size are left out
     first, whatever the solver, and those that the answer breaks are put back. An answer that keeps all of
-    them is the optimum with them, too. The tolerance is share · accuracy · min(1, least entry of H).
+    them is the optimum with them, too. The tolerance is `SOLVER_SHARE` · accuracy ·
+    min(1, least entry of H).
 
     Args:
         solve: A solver.
         accuracy: Requested accuracy of x, relative to its largest entry.
-        share: Share of it that is the tolerance of the solver.
 
     Returns:
         A function from a program to its solution, in the units of that program.
@@ -61,7 +61,7 @@ def solve_to(solve: Solve, accuracy: float, share: float = SOLVER_SHARE) -> Solv
         diagonal = np.diagonal(qp.H)
         free = -qp.g / diagonal
         unit, length, size = _around(qp, free)
-        tolerance = share * accuracy * min(1.0, float(diagonal.min(initial=1.0)))
+        tolerance = SOLVER_SHARE * accuracy * min(1.0, float(diagonal.min(initial=1.0)))
         found = _solve_within_reach(solve, unit, tolerance)
         return replace(found, x=free + size * found.x, y=size * found.y / length, y_box=size * found.y_box)
 
