@@ -13,10 +13,7 @@ k = 0.1
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5]),
     q0=[-0.8764, 1.8527],
-    stack=Stack(
-        levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), DampingTask(weight=k**2)]],
-        damping=None,
-    ),
+    stack=Stack(levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), DampingTask(weight=k**2)]]),
     duration=4.0,
     dt=1e-3,
 )

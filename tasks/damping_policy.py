@@ -14,7 +14,7 @@ scenario = Scenario(
     robot=planar_arm([0.5, 0.5]),
     q0=[-0.8764, 1.8527],
     stack=Stack(
-        levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), LevelDamping(policy)]], damping=None
+        levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), LevelDamping(policy)]],
     ),
     duration=4.0,
     dt=1e-3,

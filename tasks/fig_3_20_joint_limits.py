@@ -31,7 +31,6 @@ scenario = Scenario(
             [GradientTask(JointRange(), gain=250.0)],
         ],
         limits=[JointPositionLimit(), JointVelocityLimit()],
-        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

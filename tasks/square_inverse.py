@@ -15,7 +15,6 @@ scenario = Scenario(
     stack=Stack(
         levels=[[FrameTask("panda_hand", target=circle, gain=20.0)]],  # [1/s]
         limits=[JointPositionLimit(), JointVelocityLimit()],
-        damping=None,
     ),
     duration=4.0,
     dt=1e-3,
