@@ -18,6 +18,9 @@ Numba's internals are used in this file only, and `pyproject.toml` bounds its ve
   a kernel depends on many.
 - Numba links the intermediate code of each callee into each caller and optimises it again. An apart kernel
   is therefore registered without its library, so that callers refer to its machine code by name.
+- Numba writes for each function another one that takes Python objects apart, which is a quarter of all
+  compilation. Compiled callers do not need it, so a kernel has two forms: itself, for calls from Python,
+  and `for_callers`, which is the one that compiled code sees.
 - Such a name must be the same in all processes, since callers keep it in their files: `_Compiler` puts the
   stamp where Numba puts a running number. A file also lists the kernels that its machine code calls by
   name; they are loaded, or compiled, before it.
@@ -69,7 +72,7 @@ class _Flags(set[str]):
 
 # IEEE arithmetic, where a division by zero gives inf; sums may be reordered, so that they are vectorised.
 _FAST = _Flags({"reassoc", "contract"})
-_OPTIONS = {"nopython": True, "boundscheck": None, "error_model": "numpy", "fastmath": _FAST}
+_OPTIONS = {"nopython": True, "boundscheck": None, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 _report = Report()
 _preparing = Stopwatch()
@@ -141,7 +144,9 @@ class _Compiler(Compiler):
     def define_pipelines(self) -> list[PassManager]:
         """Put the stamp in place of the running number, then go on as usual."""
         identity = self.state.func_id
-        identity.unique_id = identity.func.kernel.stamp
+        kernel = identity.func.kernel
+        form = kernel.for_callers if self.state.flags.no_cpython_wrapper else kernel
+        identity.unique_id = form.stamp
         return super().define_pipelines()
 
 
@@ -152,19 +157,29 @@ class Kernel(CPUDispatcher):
         function: The Python function.
         apart: Whether callers call it by name instead of merging it.
         fast: Whether sums may be reordered and products fused with sums.
+        python: Whether Python can call it; False for the form that compiled callers see.
     """
 
-    def __init__(self, function: Callable[..., object], *, apart: bool, fast: bool = True) -> None:
-        options = _OPTIONS | {"forceinline": not apart, "fastmath": _FAST if fast else False}
-        super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+    def __init__(
+        self, function: Callable[..., object], *, apart: bool, fast: bool = True, python: bool = True
+    ) -> None:
+        own = {"forceinline": not apart, "fastmath": _FAST if fast else False, "no_cpython_wrapper": not python}
+        super().__init__(function, targetoptions=_OPTIONS | own, pipeline_class=_Compiler)
         self.apart = apart
         self.fast = fast
+        self.python = python
         self._cache = _KernelCache(self)
+        self.for_callers = Kernel(function, apart=apart, fast=fast, python=False) if python else self
         function.kernel = self  # type: ignore[attr-defined]
 
     def __reduce__(self) -> str:
         """Pickle and copy by name, as a function."""
-        return self.__qualname__
+        return self.__qualname__ if self.python else f"{self.__qualname__}.for_callers"
+
+    @property
+    def _numba_type_(self) -> types.Dispatcher:
+        """Type of the kernel in compiled code."""
+        return types.Dispatcher(self.for_callers)
 
     @cached_property
     def content(self) -> Content:
@@ -174,7 +189,7 @@ class Kernel(CPUDispatcher):
     @cached_property
     def callees(self) -> "dict[str, Kernel]":
         """All kernels that it calls, directly or through others, by stamp."""
-        return {callee.stamp: callee for callee in self._reachable() if callee is not self}
+        return {callee.stamp: callee for callee in self._reachable() if callee is not self.for_callers}
 
     @cached_property
     def stamp(self) -> str:
@@ -182,16 +197,16 @@ class Kernel(CPUDispatcher):
         parts = sorted(
             f"{reached.apart} {reached.fast} {reached.content.text}" for reached in self._reachable()
         )
-        own = f"{self.targetoptions['forceinline']} {self.fast}"
+        own = f"{self.targetoptions['forceinline']} {self.fast} {self.python}"
         text = "\n".join([_environment(), own, self.content.text, *parts])
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def _reachable(self) -> "list[Kernel]":
-        """Return this kernel and all that it calls, directly or through others."""
-        found: dict[Kernel, None] = {self: None}
-        waiting: list[Kernel] = [self]
+        """Return this kernel and all that it calls, directly or through others, as compiled code sees them."""
+        found: dict[Kernel, None] = {self.for_callers: None}
+        waiting = list(found)
         while waiting:
-            for callee in cast("list[Kernel]", waiting.pop().content.callees):
+            for callee in waiting.pop().called_directly():
                 if callee not in found:
                     found[callee] = None
                     waiting.append(callee)
@@ -202,12 +217,16 @@ class Kernel(CPUDispatcher):
         """Beginning of the names of its files."""
         return f"{self.__module__}.{self.__qualname__}-{self.stamp}-"
 
+    def called_directly(self) -> "list[Kernel]":
+        """Return the kernels that its own code names, as compiled code sees them."""
+        return [callee.for_callers for callee in cast("list[Kernel]", self.content.callees)]
+
     def called_by_name(self) -> "Iterator[Kernel]":
         """Yield the apart kernels that the machine code calls, itself or in a kernel merged into it."""
-        found: set[Kernel] = {self}
-        waiting: list[Kernel] = [self]
+        found: set[Kernel] = {self.for_callers}
+        waiting = list(found)
         while waiting:
-            for callee in cast("list[Kernel]", waiting.pop().content.callees):
+            for callee in waiting.pop().called_directly():
                 if callee in found:
                     continue
                 found.add(callee)
@@ -246,7 +265,10 @@ class Kernel(CPUDispatcher):
         Args:
             cres: What the compiler made of one signature.
         """
-        super().add_overload(cres)
+        if self.python:
+            super().add_overload(cres)
+        else:
+            self.overloads[tuple(cres.signature.args)] = cres
         if self.apart:
             self.targetctx.remove_user_function(cres.entry_point)
             self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, ())

@@ -1,15 +1,18 @@
 """Compilation of all kernels at once, for images and robots that must start quickly later.
 
 Kernels are compiled for the types of their arguments, which do not depend on the robot. It is therefore
-enough to resolve one tick of a small arm for every task and limit that has a kernel.
+enough to resolve one tick of a small arm for every task and limit that has a kernel. Kernels that both
+compiled code and Python call have two forms, so the Python code of other resolvers is run, too.
 """
 
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from taskopt.hierarchy.certificate import certify
 from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.proof import judge
@@ -62,7 +65,11 @@ def warm_up() -> None:
             control.step(_START, 0.001)
     PoseSolver(_bare_arm(), {"tip": Configuration(_bare_arm(), _START).pose("tip")}).solve()
     Configuration(_bare_arm(), _START).hessian("tip")
-    judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
+    for robot, stack in islice(_stacks(), 1):
+        Controller(robot, stack, "pinv").step(_START, 0.001)
+    clash = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
+    judge(clash, [0.5])
+    certify(clash, np.zeros(1), np.zeros((2, 3)))
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):
         of_rotation(pose[:3, :3].copy())

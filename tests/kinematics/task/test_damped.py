@@ -70,7 +70,10 @@ def test_at_the_target_nothing_is_damped():
 
 
 def test_out_of_reach_it_moves_less():
-    """A target two metres away: the stretched arm is slower than without damping, and ends as near."""
+    """A target two metres away: the stretched arm is slower than without damping, and ends at least as near.
+
+    Undamped it chatters at full stretch, so how near it ends there hangs on rounding; damped it may only be nearer.
+    """
     of, dt = robot("panda"), 5e-3
     far = Configuration(of, of.posture("default")).pose("panda_hand")[:3, 3] + [2.0, 0.0, 0.0]
     task = PositionTask("panda_hand", target=far, gain=2.0)
@@ -86,7 +89,7 @@ def test_out_of_reach_it_moves_less():
         fastest.append(max(speeds))
         last.append(np.linalg.norm(Configuration(of, q).pose("panda_hand")[:3, 3] - far))
     assert fastest[1] < 0.2 * fastest[0]
-    assert last[1] == pytest.approx(last[0], abs=0.05)
+    assert last[1] < last[0] + 0.05
 
 
 def test_damping_that_does_not_grow_is_caught(monkeypatch):
