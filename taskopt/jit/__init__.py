@@ -163,7 +163,8 @@ class Kernel(CPUDispatcher):
     def __init__(
         self, function: Callable[..., object], *, apart: bool, fast: bool = True, python: bool = True
     ) -> None:
-        own = {"forceinline": not apart, "fastmath": _FAST if fast else False, "no_cpython_wrapper": not python}
+        fastmath = _FAST if fast else False
+        own = {"forceinline": not apart, "fastmath": fastmath, "no_cpython_wrapper": not python}
         super().__init__(function, targetoptions=_OPTIONS | own, pipeline_class=_Compiler)
         self.apart = apart
         self.fast = fast
@@ -202,7 +203,7 @@ class Kernel(CPUDispatcher):
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def _reachable(self) -> "list[Kernel]":
-        """Return this kernel and all that it calls, directly or through others, as compiled code sees them."""
+        """Return this kernel and all that it calls, directly or through others, in the form for callers."""
         found: dict[Kernel, None] = {self.for_callers: None}
         waiting = list(found)
         while waiting:
@@ -218,7 +219,7 @@ class Kernel(CPUDispatcher):
         return f"{self.__module__}.{self.__qualname__}-{self.stamp}-"
 
     def called_directly(self) -> "list[Kernel]":
-        """Return the kernels that its own code names, as compiled code sees them."""
+        """Return the kernels that its own code names, in the form for callers."""
         return [callee.for_callers for callee in cast("list[Kernel]", self.content.callees)]
 
     def called_by_name(self) -> "Iterator[Kernel]":

@@ -12,7 +12,6 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from taskopt.hierarchy.certificate import certify
 from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.proof import judge
@@ -66,10 +65,8 @@ def warm_up() -> None:
     PoseSolver(_bare_arm(), {"tip": Configuration(_bare_arm(), _START).pose("tip")}).solve()
     Configuration(_bare_arm(), _START).hessian("tip")
     for robot, stack in islice(_stacks(), 1):
-        Controller(robot, stack, "pinv").step(_START, 0.001)
-    clash = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
-    judge(clash, [0.5])
-    certify(clash, np.zeros(1), np.zeros((2, 3)))
+        Controller(robot, stack, "hqp/daqp").step(_START, 0.001)
+    judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):
         of_rotation(pose[:3, :3].copy())

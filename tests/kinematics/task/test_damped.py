@@ -72,7 +72,8 @@ def test_at_the_target_nothing_is_damped():
 def test_out_of_reach_it_moves_less():
     """A target two metres away: the stretched arm is slower than without damping, and ends at least as near.
 
-    Undamped it chatters at full stretch, so how near it ends there hangs on rounding; damped it may only be nearer.
+    Undamped it chatters at full stretch, so how near it ends there hangs on rounding; damped it may only be
+    nearer.
     """
     of, dt = robot("panda"), 5e-3
     far = Configuration(of, of.posture("default")).pose("panda_hand")[:3, 3] + [2.0, 0.0, 0.0]
