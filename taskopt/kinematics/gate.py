@@ -14,7 +14,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.parameter import Numbers, Ramp, Setting, compact
 from taskopt.kinematics.task.base import BoundTask
-from taskopt.kinematics.task.transition import band, reach_of
+from taskopt.kinematics.task.transition import Band
 
 
 class Gate:
@@ -43,7 +43,8 @@ class Gate:
         self._selected = self._wanted = self.chosen & self.weighted
         self._weighs_all = self._selects_all = True
         self._from, self._begin, self._blend = np.zeros(m), 0.0, 0.0
-        self._reach: float | None = None
+        self._band = Band(m)
+        self._band.width[:] = 0.0
         self.stirred = self.blending = False
 
     def change(
@@ -65,7 +66,8 @@ class Gate:
             weighted: New value of the attribute, (m,); None leaves it as it is.
         """
         if over > 0.0:
-            self._from = self.openness(t)
+            u = self.openness(t)
+            self._from = np.where(np.isfinite(self._band.width), u, np.minimum(u, 1.0))
         self.enabled = self.enabled if enabled is None else enabled
         if weighted is not None:
             self.weighted, self._weighs_all = weighted, False not in weighted.tolist()
@@ -74,7 +76,7 @@ class Gate:
             self._selected = self.chosen if self._weighs_all else self.chosen & self.weighted
             self._selects_all = False not in self._selected.tolist()  # of few rows, faster than all()
         self._wanted = self._selected if self.enabled else self._none
-        self._begin, self._blend, self._reach, self.stirred = t, over, None, True
+        self._begin, self._blend, self.stirred = t, over, True
 
     def openness(self, t: float) -> Array:
         """Return the openness u of the bounds of each row.
@@ -83,12 +85,12 @@ class Gate:
             t: Time [s].
 
         Returns:
-            (m,), from 0 for a row that is fully on to 1 for a row that is off.
+            (m,): 0 for a row that is fully on, 1 or more for a row that is off or whose time is over.
         """
         if self._blend <= 0.0:
-            return np.where(self._wanted, 0.0, 1.0)
+            return np.where(self._wanted, 0.0, np.inf)
         way = max((t - self._begin) / self._blend, 0.0)
-        return np.clip(np.where(self._wanted, self._from - way, self._from + way), 0.0, 1.0)
+        return np.maximum(np.where(self._wanted, self._from - way, self._from + way), 0.0)
 
     def is_idle(self, t: float) -> bool:
         """Return True if nothing needs to be done.
@@ -102,24 +104,18 @@ class Gate:
         wants_all = self.enabled and self._selects_all
         return wants_all and (self._blend <= 0.0 or not self.openness(t).any())
 
-    def apply(self, t: float) -> None:
+    def apply(self, t: float, v: Array) -> None:
         """Open the bounds of rows that are not fully on; call it after the task has filled its rows.
 
         Args:
             t: Time [s].
+            v: Velocity that the robot has until now, (n,) [rad/s, m/s].
         """
-        rows, u = self._rows, self.openness(t)
         if self._kept is not None:
-            rows.lower[:], rows.upper[:] = self._kept
-        moving, out = (u > 0.0) & (u < 1.0), u >= 1.0
-        self.blending = bool((u != np.where(self._wanted, 0.0, 1.0)).any())
-        if moving.any():
-            if self._reach is None:
-                self._reach = reach_of(rows)
-            width = band(u[moving], self._reach)
-            rows.lower[moving] -= width
-            rows.upper[moving] += width
-        rows.lower[out], rows.upper[out] = -np.inf, np.inf
+            self._rows.lower[:], self._rows.upper[:] = self._kept
+        u = self.openness(t)
+        self._band.open(self._rows, u, v)
+        self.blending = self._band.under_way or bool(u[self._wanted].any())
 
 
 class Enabled:

@@ -164,7 +164,7 @@ class Plan:
         self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)))
         self.stack, self._begun = stack, None
         self.groups = groups_of(self.layout, {task.name for task in self.tasks if task.curved})
-        self._velocity = np.zeros(robot.nv)
+        self.velocity = np.zeros(robot.nv)
         self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
         blocks = {block.name: block for block in self.layout.blocks if block.level}
         self._damps = [(damping, k, blocks[damping.name].rows) for damping, k in dampings]
@@ -202,7 +202,7 @@ class Plan:
         blending = any(gate.blending for gate in self._open_gates)
         begun, changes = self._begun, self.changes.recall(blending=blending)
         kept = [part.recall() for part in (*self.tasks, *self.limits)]
-        now = self.configuration.q.copy(), self._velocity.copy()
+        now = self.configuration.q.copy(), self.velocity.copy()
         return _copied, (self.stack, self.robot, self.dt, begun, changes, kept, now)
 
     def __copy__(self) -> "Plan":
@@ -216,7 +216,7 @@ class Plan:
         """
         for part in (*self.rate_limits, *self.rate_tasks):
             part.moved(v)
-        self._velocity = v
+        self.velocity = v
 
     def brakes(self) -> Array:
         """Return the velocity after braking as hard as the limits on acceleration allow.
@@ -351,7 +351,7 @@ class Plan:
     def _apply_gates(self, t: float) -> None:
         """Open the bounds of rows that are not fully on; forget gates with nothing to do."""
         for gate in self._open_gates:
-            gate.apply(t)
+            gate.apply(t, self.velocity)
         self._open_gates = tuple(gate for gate in self._open_gates if not gate.is_idle(t))
 
     def _gated(self, blocks: Mapping[str, Block]) -> dict[str, Gate]:

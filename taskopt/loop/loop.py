@@ -118,6 +118,8 @@ class Loop:
             resolution = self._checked(resolution, t)
         if self._tells_velocity:
             self.plan.moved(resolution.x)
+        else:
+            self.plan.velocity = resolution.x
         return resolution
 
     def forget(self) -> None:

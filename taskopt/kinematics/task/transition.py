@@ -12,7 +12,9 @@ is one strict hierarchy, resolved and certified as any other.
 
 The band closes at a rate in proportion to its width, which suits goals that are near and goals that are far:
 a row that is D away from its goal moves by at most κ (D + ε)/blend a second, with ε = reach/1000 and
-κ = log 1001 = 6.9.
+κ = log 1001 = 6.9. A row comes from twice the distance at which it is then. How far it will be carried away
+when it goes is not known beforehand: a row that is still held at the edge of its band when its time is over
+stays until it is not, while the band opens on.
 
 Source:
     Hoffman (1952), Journal of Research of the National Bureau of Standards 49(4), for the factor L.
@@ -21,7 +23,7 @@ Source:
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -39,6 +41,7 @@ from taskopt.kinematics.task.level_damping import LevelDamping
 _SHARE = 1000.0  # reach/ε
 _KAPPA = math.log(1.0 + _SHARE)
 _LEAST_REACH = 10.0  # [rad/s, m/s]
+_HELD = 0.99  # share of its band's width beyond which a row counts as held by the band
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +59,8 @@ class During(Task):
         blend: Time that it takes to come, and to go [s]. More makes the velocities change more slowly; 0
             switches, which lets them jump.
         reach: Width of the band [m/s, rad/s] from which the bounds close in, and to which they open. It
-            should exceed the distance of the rows from their goals then; more makes the band move faster.
-            Default: twice what the rows ask for, and at least 10.
+            should exceed the distance of the rows from their goals when the task comes; more makes the band
+            move faster. Default: twice that distance and twice what the rows ask for, and at least 10.
 
     Raises:
         InvalidValue: The task cannot be timed, or begin + blend is later than end.
@@ -129,15 +132,17 @@ class BoundDuring(BoundTask):
     def __init__(self, declared: During, inner: BoundTask) -> None:
         super().__init__(inner.name, inner.row_names, inner.row_units, inner.gain, inner.weight, inner.column)
         self.declared, self._inner, self._begun, self._came_later = declared, inner, False, False
-        self._reach: dict[bool, float] = {}  # while it comes (True), and while it goes (False)
+        self._band, self._velocity = Band(len(inner.row_names), declared.reach), np.zeros(0)
         self.weight, self.gain, self.error = inner.weight, inner.gain, inner.error
         self.frame, self.desired, self.actual = inner.frame, inner.desired, inner.actual
         self.box, self.cone = inner.box, inner.cone
-        self.follows_velocity = inner.follows_velocity
+        self.follows_velocity = True
 
     def moved(self, v: Array) -> None:
         """Tell the task the velocity; see `BoundTask.moved`."""
-        self._inner.moved(v)
+        self._velocity = v
+        if self._inner.follows_velocity:
+            self._inner.moved(v)
 
     def prepare(self, rows: LevelRows) -> None:
         """Write what never changes in the rows of the task; see `RowPart.prepare`."""
@@ -166,17 +171,19 @@ class BoundDuring(BoundTask):
                 f"'{self.name}' came after the start, and is anchored where the robot was then; the loop can "
                 "no longer be copied, so copy it earlier, or make a new one"
             )
-        return self._inner.recall()
+        return self._inner.recall(), self._band.copy()
 
     def remember(self, kept: object) -> None:
         """Restore the state of the task; see `Part.remember`."""
-        self._inner.remember(kept)
+        inner, band = cast("tuple[object, Band]", kept)
+        self._inner.remember(inner)
+        self._band = band.copy()
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Start the target of the task; see `RowPart.start`."""
         self._inner.start(configuration, t)
         self._begun, self._came_later = t >= self.declared.begin, False
-        self._reach.clear()
+        self._band.forget()
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.fill`."""
@@ -188,26 +195,66 @@ class BoundDuring(BoundTask):
         else:
             self._inner.fill(configuration, t, rows)
         u = self.declared.openness(t)
-        if u >= 1.0:
-            rows.lower[:], rows.upper[:] = -np.inf, np.inf
-        elif u > BAND_CLOSED:
-            width = band(u, self._reach_at(t, rows))
-            rows.lower[:] -= width
-            rows.upper[:] += width
-
-    def _reach_at(self, t: float, rows: LevelRows) -> float:
-        """Return the reach [m/s, rad/s] of a transition, which stays the same for all its ticks."""
-        comes = t < self.declared.begin + self.declared.blend
-        if comes not in self._reach:
-            self._reach[comes] = self.declared.reach or reach_of(rows)
-        return self._reach[comes]
+        self._band.open(rows, np.full(len(rows.lower), u), self._velocity)
 
 
-def band(openness: float | Array, reach: float) -> Array:
+class Band:
+    """The band around the goal of each row of a task while the task comes or goes.
+
+    Args:
+        count: Number of rows, m.
+        reach: Width [m/s, rad/s] from which the band closes and to which it opens; None for twice what the
+            rows ask for and twice their distance from it, and at least 10.
+    """
+
+    def __init__(self, count: int, reach: float | None = None) -> None:
+        self._declared = reach
+        self._reach = 0.0  # of the transition that is under way; 0 without any
+        self.width: Array = np.full(count, np.inf)
+        """Width at the last tick, (m,): 0 for a row in force, infinite for one that is not."""
+
+    def copy(self) -> "Band":
+        """Return a band in the same state."""
+        new = Band(len(self.width), self._declared)
+        new._reach, new.width = self._reach, self.width.copy()
+        return new
+
+    def forget(self) -> None:
+        """Forget the transition that is under way, as if no row had been in force before."""
+        self._reach, self.width = 0.0, np.full(len(self.width), np.inf)
+
+    def open(self, rows: LevelRows, openness: Array, v: Array) -> None:
+        """Open the bounds of rows.
+
+        Args:
+            rows: Rows with the bounds that the task asks for; their bounds are changed.
+            openness: u of each row, (m,): 0 for a row in force, 1 or more for one whose time is over or has
+                not come.
+            v: Velocity that the robot has until now, (n,) [rad/s, m/s]; empty where it is not known.
+        """
+        away = np.abs(rows.distance(v)) if v.size else np.zeros(len(openness))
+        held = np.isfinite(self.width) & np.isfinite(openness) & (away >= _HELD * self.width)
+        between = (openness > BAND_CLOSED) & ((openness < 1.0) | (held & (self.width > 0.0)))
+        if not between.any():
+            self._reach = 0.0
+        elif self._reach == 0.0:
+            self._reach = self._declared or max(reach_of(rows), 2.0 * float(away.max()))
+        self.width = np.where(openness > BAND_CLOSED, np.inf, 0.0)
+        self.width[between] = width_of_band(openness[between], self._reach)
+        rows.lower[:] -= self.width
+        rows.upper[:] += self.width
+
+    @property
+    def under_way(self) -> bool:
+        """True if a row was neither fully in force nor without bounds at the last tick."""
+        return self._reach > 0.0
+
+
+def width_of_band(openness: float | Array, reach: float) -> Array:
     """Return β(u), the distance of the bounds from what a task asks for.
 
     Args:
-        openness: u in [0, 1], any shape.
+        openness: u ≥ 0, any shape.
         reach: β(1) [m/s, rad/s].
 
     Returns:
@@ -217,13 +264,13 @@ def band(openness: float | Array, reach: float) -> Array:
 
 
 def reach_of(rows: LevelRows) -> float:
-    """Return the default width of the band: twice what the rows ask for, and at least 10.
+    """Return the least width from which a band closes: twice what the rows ask for, and at least 10.
 
     Args:
         rows: Rows of a task, filled.
 
     Returns:
-        β(1) [m/s, rad/s].
+        Width [m/s, rad/s].
     """
     asked = max(float(np.abs(b[np.isfinite(b)]).max(initial=0.0)) for b in (rows.lower, rows.upper))
     return max(_LEAST_REACH, 2.0 * asked)

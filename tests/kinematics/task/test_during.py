@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from taskopt import Controller, FrameTask, JointPositionLimit, JointTask, JointVelocityLimit, Stack
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.task import BoxTask, During, PositionTask
-from taskopt.kinematics.task.transition import largest_jump, swap, transitions
+from taskopt.kinematics.task.transition import BoundDuring, largest_jump, swap, transitions
 from tests.helpers.robots import generic_q, robot
 
 LIMITS = [JointPositionLimit(), JointVelocityLimit()]
@@ -86,7 +88,10 @@ def test_a_task_holds_the_place_where_it_begins():
 
 @pytest.mark.parametrize("times", [{"begin": 0.1}, {"end": 0.1}])
 def test_a_task_that_asks_for_much_closes_in_from_as_far(times):
-    """At a gain of 400 1/s the goal is far beyond ±10; reach follows unless it is declared too small."""
+    """At a gain of 400 1/s the goal is far beyond ±10; reach follows, and declared too small it matters.
+
+    It does not where the task goes, since a row that is still held then stays until it is not.
+    """
     hurried = FrameTask("panda_hand", target=HOME[:3, 3] + [0.1, 0.1, 0.0], gain=400.0, axes="xyz")
     far = 400.0 * 0.1
     jumps = []
@@ -95,7 +100,58 @@ def test_a_task_that_asks_for_much_closes_in_from_as_far(times):
         control = Controller(robot("panda"), Stack(levels), dt=1e-3)
         jumps.append(largest_jump(np.array([control.step(Q, k * 1e-3).v.copy() for k in range(500)])))
     assert jumps[0] < 0.1 * far
-    assert jumps[1] > 3.0 * jumps[0]
+    assert jumps[1] > 3.0 * jumps[0] if "begin" in times else jumps[1] < 0.1 * far
+
+
+def path_of_a_fast_arm(times, speed, dt):
+    """Velocities of an arm whose joints want `speed`, while a task holds the hand at times."""
+    hold = During(PositionTask("panda_hand", gain=2.0), blend=0.2, **times)
+    run = JointTask(Q + speed, gain=1.0)
+    control = Controller(robot("panda"), Stack([[hold], [run]]), dt=dt)
+    control.start(Q)
+    return np.array([control.step(Q, k * dt).v.copy() for k in range(round(0.8 / dt))])
+
+
+@given(speed=st.floats(0.1, 300.0), begin=st.booleans())
+@settings(max_examples=10, deadline=None)
+def test_a_transition_is_lipschitz_whatever_the_level_below_asks_for(speed, begin):
+    """A quarter of the step is a quarter of the jump, from a crawl to speeds that no arm has."""
+    times = {"begin": 0.2} if begin else {"end": 0.2}
+    jumps = [largest_jump(path_of_a_fast_arm(times, speed, dt)) for dt in (4e-3, 1e-3)]
+    assert jumps[1] < 0.3 * jumps[0] + 1e-9
+    np.testing.assert_allclose(
+        path_of_a_fast_arm({}, speed, 0.4)[0] if begin else np.full(7, speed),
+        path_of_a_fast_arm(times, speed, 4e-3)[-1],
+        atol=1e-6 * speed,
+    )
+
+
+@pytest.mark.parametrize("times", [{"begin": 0.2}, {"end": 0.2}])
+def test_planted_fault_the_band_does_not_look_at_the_velocity(times, monkeypatch):
+    """With a band that knows only what the task asks for, the arm jumps by as much at any step."""
+    monkeypatch.setattr(BoundDuring, "moved", lambda self, v: None)
+    jumps = [largest_jump(path_of_a_fast_arm(times, 25.0, dt)) for dt in (4e-3, 1e-3)]
+    assert jumps[1] > 0.8 * jumps[0]
+
+
+@given(speed=st.floats(0.1, 300.0), enabled=st.booleans())
+@settings(max_examples=10, deadline=None)
+def test_a_task_switched_while_running_is_lipschitz_too(speed, enabled):
+    """The same holds for `enabled`, blended over a time."""
+    jumps = []
+    for dt in (4e-3, 1e-3):
+        hold = PositionTask("panda_hand", gain=2.0, name="hand")
+        control = Controller(robot("panda"), Stack([[hold], [JointTask(Q + speed, gain=1.0)]]), dt=dt)
+        control.start(Q)
+        control.set({"hand.enabled": enabled})
+        path = []
+        for k in range(round(0.8 / dt)):
+            if k == round(0.2 / dt):
+                control.set({"hand.enabled": not enabled}, over=0.2)
+            path.append(control.step(Q, k * dt).v.copy())
+        jumps.append(largest_jump(np.array(path)))
+        np.testing.assert_allclose(path[-1] if enabled else path[10], speed, atol=1e-6 * speed)
+    assert jumps[1] < 0.3 * jumps[0] + 1e-9
 
 
 def test_a_plan_tells_when_its_tasks_come_and_go():
