@@ -11,22 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from taskopt.arrays import positive
-from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.causes import ADVICE, loses_rank, overshoots
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.hierarchy.tolerances import DECISIVE_MULTIPLIER, LOST_FOR_GOOD, NEAR_RANK_LOSS, SIGN_CHANGE
+from taskopt.hierarchy.tolerances import DECISIVE_MULTIPLIER
 
 _FEW = 4  # changes of one bound that any run may have, such as one contact at the start and one at the end
+_CAUSES = "tolerance", "rank", "gain", "dt"  # in the order in which they are suggested
 _JUDGED = 100  # changes of one bound that are examined: more cost time (singular values) and say no more
-
-ADVICE = {
-    "tolerance": "its multiplier is zero, and rounding decides; widen it a little, or ask less next to it",
-    "rank": (
-        "a level is near a loss of rank, as where a target is out of reach; damp it, as RestDamping() of a "
-        "stack does, or ask for less"
-    ),
-    "gain": "targets are overshot from tick to tick; lower the gain below 1/Δt",
-    "dt": "the bound itself moves more than a step can follow; shorten Δt, or lower the limit's gain",
-}
 
 
 class Alternation(NamedTuple):
@@ -54,11 +45,11 @@ class _Count:
     """The number of changes of one bound, and of those examined that have the symptom of each cause."""
 
     changes: int = 0
-    shows: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ADVICE, 0))
+    shows: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_CAUSES, 0))
 
     @property
     def cause(self) -> str:
-        """The first cause of `ADVICE` whose symptom appears in half of the changes; "dt" if none does."""
+        """The first of `_CAUSES` whose symptom appears in half of the changes; "dt" if none does."""
         examined = min(self.changes, _JUDGED)
         return next((cause for cause, shown in self.shows.items() if 2 * shown >= examined), "dt")
 
@@ -110,8 +101,7 @@ class AlternationWatch:
         old, new = ({str(row): row.multiplier for row in tick.active} for tick in (previous, now))
         changed = [(name, self._counts.setdefault(name, _Count())) for name in old.keys() ^ new.keys()]
         if any(count.changes < _JUDGED for _, count in changed):
-            before, after = _declared(previous), _declared(now)
-            overshot, near_rank_loss = _overshot(before, after), _near_rank_loss(before, after)
+            overshot, near_rank_loss = overshoots(previous, now), loses_rank(previous, now)
             for name, count in changed:
                 if count.changes < _JUDGED:
                     tick, multiplier = (previous, old[name]) if name in old else (now, new[name])
@@ -150,11 +140,6 @@ def alternations(
     return watch.found(per_second)
 
 
-def _declared(resolution: Resolution) -> Hierarchy:
-    """Return the problem of a tick without rows of `RestDamping`, which not every tick has."""
-    return (resolution.undamped or resolution).problem
-
-
 def _may_differ(previous: Resolution, now: Resolution) -> bool:
     """Return False if the active bounds of two ticks are known to have the same names."""
     same = np.array_equal(previous.state, now.state)
@@ -166,29 +151,3 @@ def _crossed(name: str, old: dict[str, float], new: dict[str, float]) -> bool:
     row, _, side = name.rpartition(" ")
     other = f"{row} {'lower' if side == 'upper' else 'upper'}"
     return other in (new if name in old else old)
-
-
-def _overshot(previous: Hierarchy, now: Hierarchy) -> bool:
-    """Return True if the right-hand side of an equality changed its sign by more than rounding."""
-    same = (previous.lower == previous.upper) & (now.lower == now.upper)
-    least = SIGN_CHANGE * np.maximum(1.0, np.abs(now.lower[same]))
-    return bool((previous.lower[same] * now.lower[same] < -(least**2)).any())
-
-
-def _near_rank_loss(previous: Hierarchy, now: Hierarchy) -> bool:
-    """Return True if the rows up to some level are nearly dependent, or were so within the last step.
-
-    A singular value counts as small below NEAR_RANK_LOSS times the largest one, and below the change of the
-    rows since the last tick, since it may have been zero on the way. Directions that are lost for good do not
-    count.
-    """
-    for k in range(1, now.layout.level_count + 1):
-        stop = int(now.layout.offsets[k + 1])
-        A = now.A[:stop]
-        if not A.size:
-            continue
-        sigma = np.linalg.svd(A, compute_uv=False)
-        small = max(NEAR_RANK_LOSS * sigma[0], float(np.linalg.norm(A - previous.A[:stop])))
-        if ((sigma > LOST_FOR_GOOD * sigma[0]) & (sigma < small)).any():
-            return True
-    return False

@@ -165,6 +165,25 @@ SIGN_CHANGE = 1e-9
 Smaller: noise around zero counts as overshooting. Larger: overshooting in small motions is missed.
 """
 
+SMALLEST_JUMP = 1e-3
+"""Change of a velocity in one tick [rad/s, m/s] from which it is compared with the change of the problem.
+
+Smaller: the steepest jump of a run is one that nobody feels. Larger: an arm that trembles goes unseen.
+"""
+
+LEAST_CHANGE = 1e-12
+"""Change of the problem [rad/s, m/s] that is taken where it is less, when a jump is compared with it.
+
+Smaller: a problem that changes by rounding only makes ratios without meaning. Larger: jumps from nothing look
+smaller than they are.
+"""
+
+FOLLOWS_DATA = 10.0
+"""Change of the answer, per unit of change of the problem, up to which it merely follows its problem.
+
+Smaller: targets that move fast are blamed on rank. Larger: a level that loses rank is blamed on its target.
+"""
+
 # --- Rank: hierarchy/rank -------------------------------------------------------------------------------
 
 LOST = 1e-10

@@ -6,84 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import IntArray
-from taskopt.hierarchy.alternation import AlternationWatch
-from taskopt.hierarchy.status import Status
-from taskopt.kinematics.stack import Plan
-from taskopt.kinematics.task.transition import Transition, transitions
+from taskopt.loop.continuity import Continuity
 from taskopt.loop.run import Step, tracking_error
 from taskopt.record.batch import Batch
 from taskopt.record.violation import LimitGauge
-
-_SHOWN = 3  # largest number of alternating limits that are named in a report
-_TOLD = {Status.RELAXED: "relaxed", Status.BRAKED: "braked", Status.FORMULA: "stuck"}  # if there are notes
-
-
-class Continuity:
-    """Record how smoothly a resolver moves the robot: jumps, alternating limits, conflicts, stuck ticks.
-
-    A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps during transitions of tasks are recorded
-    separately, because a task that comes or goes is expected to change the velocities.
-    """
-
-    def __init__(self, plan: Plan) -> None:
-        """Begin a run.
-
-        Args:
-            plan: The compiled stack, which has the time step and the transitions of its tasks.
-        """
-        self._dt, self._transitions = plan.dt, transitions(plan.tasks)
-        self._jumps: dict[tuple[Transition, ...], float] = {}
-        self._alternation = AlternationWatch(plan.dt)
-        self._previous: Step | None = None
-        self._noted: Counter[str] = Counter()  # ticks whose answer has notes, by what became of it
-        self._first_notes = ""
-
-    def add(self, step: Step) -> None:
-        """Add the next step.
-
-        Args:
-            step: The step after that of the last call.
-        """
-        self._alternation.add(step.resolution)
-        if self._previous is not None:
-            under_way = tuple(
-                transition
-                for transition in self._transitions
-                if transition.begin <= step.t <= transition.end + self._dt
-            )
-            jump = float(abs(step.v - self._previous.v).max())
-            self._jumps[under_way] = max(self._jumps.get(under_way, 0.0), jump)
-        self._previous = step
-        notes, status = step.resolution.notes, step.resolution.status
-        if notes and status in _TOLD:
-            self._first_notes = self._first_notes or f"at {step.t:g} s: {' '.join(notes)}"
-            self._noted[_TOLD[status]] += 1
-
-    @property
-    def jump(self) -> float:
-        """The largest jump of the whole run [rad/s, m/s]; 0 before the second step."""
-        return max(self._jumps.values(), default=0.0)
-
-    def sentences(self) -> list[str]:
-        """Describe conflicts, stuck ticks, jumps during transitions and alternating limits.
-
-        Returns:
-            One sentence for each of them; empty for a run without any.
-        """
-        elsewhere = f"{self._jumps.get((), 0.0):.2g} elsewhere"
-        during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
-        jumps = f"largest change of a velocity in one tick [rad/s]: {'; '.join([*during, elsewhere])}"
-        found = self._alternation.found()
-        lines = [f"alternates: {limit}" for limit in found[:_SHOWN]]
-        more = [f"alternates: {len(found) - _SHOWN} more limits"] if len(found) > _SHOWN else []
-        return [*self._sentence_of_notes(), *([jumps] if during else []), *lines, *more]
-
-    def _sentence_of_notes(self) -> list[str]:
-        """Count the ticks that conflict or are stuck, and quote the first of them; nothing without any."""
-        if not self._noted:
-            return []
-        counts = " and ".join(f"{ticks} ticks {what}" for what, ticks in self._noted.items())
-        return [f"{counts}, first {self._first_notes}"]
 
 
 @dataclass
@@ -160,7 +86,7 @@ class Summary:
         """
         for step in batch.steps:
             self.tracking.append(tracking_error(step))
-            self.continuity.add(step)
+            self.continuity.add(step.t, step.resolution)
             self._add_review(step)
             self.fallbacks += step.resolution.fallback is not None
             self.damped += step.resolution.undamped is not None
@@ -211,9 +137,3 @@ class Summary:
             self.error = max(self.error, review.error)
             self.accurate += step.resolution.accurate
         self.causes.update({cause.kind for cause in review.causes})
-
-
-def _words(moves: tuple[Transition, ...]) -> str:
-    """Name transitions that are under way together, with the time from the first to the last of them."""
-    begin, end = min(move.begin for move in moves), max(move.end for move in moves)
-    return f"{' and '.join(f'{move.task} {move.what}' for move in moves)} ({begin:g} to {end:g} s)"

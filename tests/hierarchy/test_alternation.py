@@ -8,7 +8,8 @@ import pytest
 
 from taskopt import Hierarchy, JointTask, JointVelocityLimit, Level, PositionTask, Scenario, Stack
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.alternation import ADVICE, alternations
+from taskopt.hierarchy.alternation import alternations
+from taskopt.hierarchy.causes import ADVICE
 from taskopt.hierarchy.damping import ConstantDamping, RestDamping
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.robot import planar_arm
@@ -56,7 +57,7 @@ def resolved(cause: str) -> list[Resolution]:
     return [ActiveSet()(hierarchy)[0] for hierarchy in ticks_of(cause)]
 
 
-@pytest.mark.parametrize("cause", ADVICE)
+@pytest.mark.parametrize("cause", sorted(ADVICE.keys() - {"transition"}))
 def test_the_planted_cause_is_suggested(cause: str) -> None:
     """The bound is named, every change is counted, and the text says what to do."""
     most = alternations(resolved(cause), DT)[0]

@@ -11,10 +11,10 @@ from taskopt.compare import Comparison
 from taskopt.hierarchy.status import Status
 from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.task import During
+from taskopt.loop.continuity import Continuity
 from taskopt.loop.run import run
 from taskopt.loop.scenario import load_scenario
 from taskopt.record.batch import Batch
-from taskopt.record.summary import Continuity
 from taskopt.record.viewer.summary_panel import SummaryPanel
 from taskopt.report import show, terminal
 from taskopt.resolver.active_set.resolver import ActiveSet
@@ -37,7 +37,7 @@ def test_the_jump_is_that_of_the_path_and_is_told_with_its_transition(blend):
     of = scenario(blend)
     watch, path = Continuity(of.stack.compile(of.robot, DT)), []
     for step in run(of, ActiveSet()):
-        watch.add(step)
+        watch.add(step.t, step.resolution)
         path.append(step.v)
     assert watch.jump == pytest.approx(np.abs(np.diff(path, axis=0)).max())
     told = watch.sentences()
@@ -53,7 +53,7 @@ def test_a_run_without_transitions_that_is_smooth_has_nothing_to_tell():
     of = Scenario(robot=arm, q0=[0.3, 0.5], stack=Stack([[JointTask([0.4, 0.5])]]), duration=0.2, dt=DT)
     watch = Continuity(of.stack.compile(arm, DT))
     for step in run(of, ActiveSet()):
-        watch.add(step)
+        watch.add(step.t, step.resolution)
     assert watch.sentences() == []
     assert watch.jump < 1e-3
 
@@ -84,7 +84,7 @@ def test_ticks_that_the_policy_settles_are_counted_and_the_first_is_quoted():
     of = replace(load_scenario(Path(__file__).parents[2] / "tasks" / "planar_conflict.py"), duration=0.6)
     watch, braked = Continuity(of.stack.compile(of.robot, of.dt)), 0
     for step in run(of, ActiveSet()):
-        watch.add(step)
+        watch.add(step.t, step.resolution)
         braked += step.resolution.status is Status.BRAKED
     assert braked > 10
     assert watch.sentences()[0].startswith(f"{braked} ticks braked, first at 0.5")
@@ -98,7 +98,7 @@ def test_ticks_that_are_stuck_are_counted_and_named():
     of = Scenario(robot=arm, q0=[0.0, 0.0], stack=Stack([[ahead]]), duration=0.1, dt=DT, name="ahead")
     watch = Continuity(of.stack.compile(arm, DT))
     for step in run(of, Transpose()):
-        watch.add(step)
+        watch.add(step.t, step.resolution)
     assert len(watch.sentences()) == 1
     assert watch.sentences()[0].startswith("50 ticks stuck, first at 0 s: The transposed Jacobian is stuck")
     assert "tip position/x, tip position/y" in watch.sentences()[0]
