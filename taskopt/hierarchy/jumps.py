@@ -13,6 +13,7 @@ from taskopt.hierarchy.causes import ADVICE, declared, loses_rank, overshoots, s
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import FOLLOWS_DATA, LEAST_CHANGE, SMALLEST_JUMP
 
+
 class Jump(NamedTuple):
     """The change of the answer from one tick to the next.
 
