@@ -7,10 +7,10 @@ from taskopt.arrays import Array
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.collision.step_bounds import nominal_speeds
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.room import BoundRoom
+from taskopt.kinematics.limit.point_limit import BoundPointLimit
 
 
-def allowed(bound: BoundRoom, at: Configuration) -> tuple[LevelRows, Array]:
+def allowed(bound: BoundPointLimit, at: Configuration) -> tuple[LevelRows, Array]:
     """The rows of a limit at a configuration, and its bounds (2, nv)."""
     m, n = len(bound.row_names), at.robot.nv
     rows = LevelRows(np.zeros((m, n)), np.zeros(m), np.zeros(m), np.ones(m))
@@ -22,7 +22,7 @@ def allowed(bound: BoundRoom, at: Configuration) -> tuple[LevelRows, Array]:
 
 
 def attacked(
-    start: Configuration, bound: BoundRoom, dt: float, rng: np.random.Generator, *, honest: bool = True
+    start: Configuration, bound: BoundPointLimit, dt: float, rng: np.random.Generator, *, honest: bool = True
 ) -> Array:
     """What is left of each value after each of 30 steps, (30, m); without the limit's bounds if not honest.
 

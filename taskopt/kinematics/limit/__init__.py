@@ -7,9 +7,9 @@ from taskopt.kinematics.limit.base import RateLimit as RateLimit
 from taskopt.kinematics.limit.base import RowLimit as RowLimit
 from taskopt.kinematics.limit.distance import ObstacleLimit as ObstacleLimit
 from taskopt.kinematics.limit.distance import SelfCollisionLimit as SelfCollisionLimit
+from taskopt.kinematics.limit.frame_distance import FrameDistanceLimit as FrameDistanceLimit
 from taskopt.kinematics.limit.frame_velocity import FloatingBaseVelocityLimit as FloatingBaseVelocityLimit
 from taskopt.kinematics.limit.frame_velocity import FrameVelocityLimit as FrameVelocityLimit
-from taskopt.kinematics.limit.frames import FrameDistanceLimit as FrameDistanceLimit
 from taskopt.kinematics.limit.joint import JointPositionLimit as JointPositionLimit
 from taskopt.kinematics.limit.joint import JointVelocityLimit as JointVelocityLimit
 from taskopt.kinematics.limit.support import SupportPolygonLimit as SupportPolygonLimit

@@ -21,7 +21,7 @@ from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
-from taskopt.kinematics.limit.movers import Mover
+from taskopt.kinematics.limit.moving_obstacles import Mover
 from taskopt.kinematics.parameter import Parameter
 
 

@@ -11,7 +11,7 @@ from taskopt.kinematics.collision.pairs import Margins, pair_margins, shapes_of
 from taskopt.kinematics.geometry.shapes import Shape, checked_obstacles, obstacle_names
 from taskopt.kinematics.limit.base import Limit
 from taskopt.kinematics.limit.bound_distance import BoundDistance, Braking
-from taskopt.kinematics.limit.movers import movers_of
+from taskopt.kinematics.limit.moving_obstacles import movers_of
 from taskopt.kinematics.limit.near_rows import BoundNearDistance
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import Value

@@ -9,7 +9,7 @@ from taskopt.kinematics.collision.point_motion import PointMotion, point_motion
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.polygon import Edges, polygon_edges
 from taskopt.kinematics.limit.base import Limit
-from taskopt.kinematics.limit.room import BoundRoom, Room, checked_braking
+from taskopt.kinematics.limit.point_limit import BoundPointLimit, PointRows, checked_braking
 from taskopt.kinematics.part import check_mass
 from taskopt.kinematics.robot import Robot
 
@@ -20,8 +20,8 @@ class SupportPolygonLimit(Limit):
 
     g_i = o_i − margin − n_i·c is the distance of c from edge i less the margin, with the outward normal n_i
     and the offset o_i of that edge; J_c is the Jacobian of c. There is one row [m/s] for each edge, named
-    "edge 1" and so on. Bounds on the velocities limit the error of one step (`BoundRoom`). A centre of mass
-    that starts outside may stop or return.
+    "edge 1" and so on. Bounds on the velocities limit the error of one step (`BoundPointLimit`). A centre of
+    mass that starts outside may stop or return.
 
     Args:
         points: Corners (k, 2) or (k, 3) [m] in the world, in any order; their heights do not matter, and the
@@ -60,27 +60,27 @@ class SupportPolygonLimit(Limit):
         edges = polygon_edges(self.points, self.margin)
         motion, m = _motion(robot, dt), len(edges.offsets)
         names, counted = [f"edge {i}" for i in range(1, m + 1)], np.ones((m, robot.nv), dtype=bool)
-        room = Room(names, [motion] * m, counted, *checked_braking(self.influence, self.gain))
-        return BoundSupportLimit(self.name, robot, dt, room, edges)
+        declared = PointRows(names, [motion] * m, counted, *checked_braking(self.influence, self.gain))
+        return BoundSupportLimit(self.name, robot, dt, declared, edges)
 
 
-class BoundSupportLimit(BoundRoom):
+class BoundSupportLimit(BoundPointLimit):
     """The rows of a `SupportPolygonLimit`.
 
     Args:
         name: Name of the limit.
         robot: The robot.
         dt: Δt [s].
-        room: Numbers of the rows.
+        declared: Numbers of the rows.
         edges: Edges of the polygon, moved inwards by the margin.
     """
 
-    def __init__(self, name: str, robot: Robot, dt: float, room: Room, edges: Edges) -> None:
-        super().__init__(name, robot, dt, room)
+    def __init__(self, name: str, robot: Robot, dt: float, declared: PointRows, edges: Edges) -> None:
+        super().__init__(name, robot, dt, declared)
         self._edges = edges
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
-        """Measure the distance from each edge; see `BoundRoom.measure`."""
+        """Measure the distance from each edge; see `BoundPointLimit.measure`."""
         centre, J = configuration.centre_of_mass()
         gradient[:] = -self._edges.normals @ J[:2]
         return self._edges.offsets - self._edges.normals @ centre[:2]

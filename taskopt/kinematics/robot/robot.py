@@ -15,15 +15,15 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.tolerances import JOINT_RANGE, MODEL_UNCHANGED, UNIT_NORM
 from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.orientation.pose_forms import Homogeneous, as_pose
-from taskopt.kinematics.robot.changed import TighterLimits, with_frame, with_limits, without_collision
 from taskopt.kinematics.robot.couplings import Coupling, checked_couplings, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
 from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
-from taskopt.kinematics.robot.unheld import unheld_limits
+from taskopt.kinematics.robot.unheld_limits import unheld_limits
 from taskopt.kinematics.robot.urdf import read_checked, read_urdf
+from taskopt.kinematics.robot.variants import TighterLimits, with_frame, with_limits, without_collision
 from taskopt.kinematics.robot.xacro_file import Argument, expanded_xacro
 
 _ALWAYS = ("neutral", "middle")  # postures that every robot has

@@ -9,7 +9,7 @@ from taskopt import Controller, DampingTask, JointVelocityLimit, PositionTask, R
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.geometry.shapes import Box, HalfSpace, Sphere
 from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
-from taskopt.kinematics.limit.movers import Mover
+from taskopt.kinematics.limit.moving_obstacles import Mover
 from taskopt.kinematics.pose import exp3, homogeneous
 from taskopt.kinematics.robot import planar_arm
 from taskopt.kinematics.target import Function, Latest, Line, Target

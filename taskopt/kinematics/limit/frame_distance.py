@@ -10,7 +10,7 @@ from taskopt.hierarchy.tolerances import NO_DIRECTION
 from taskopt.kinematics.collision.point_motion import PointMotion, point_motion
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import Limit
-from taskopt.kinematics.limit.room import BoundRoom, Room, checked_braking
+from taskopt.kinematics.limit.point_limit import BoundPointLimit, PointRows, checked_braking
 from taskopt.kinematics.robot import Robot
 
 
@@ -22,8 +22,8 @@ class FrameDistanceLimit(Limit):
 
     and the same with the opposite sign for d_max. J_a and J_b are the positional parts of the frames'
     Jacobians. The rows [m/s] are named "nearest" and "farthest"; bounds on the velocities limit the error of
-    one step (`BoundRoom`). Frames that start outside the bounds may stop or return. For the distance between
-    bodies instead of points, use `SelfCollisionLimit(pairs=[(link, link)])`.
+    one step (`BoundPointLimit`). Frames that start outside the bounds may stop or return. For the distance
+    between bodies instead of points, use `SelfCollisionLimit(pairs=[(link, link)])`.
 
     Args:
         frame_a: Name of the first frame.
@@ -78,16 +78,16 @@ class FrameDistanceLimit(Limit):
             )
         travel, bend = np.sum([_motion(robot, f, between, dt) for f in (self.frame_a, self.frame_b)], axis=0)
         names = [*(["nearest"] if self.lower > 0.0 else []), *(["farthest"] if self.upper < np.inf else [])]
-        room = Room(
+        rows = PointRows(
             names,
             [PointMotion(float(travel), float(bend))] * len(names),
             np.tile(between, (len(names), 1)),
             *checked_braking(self.influence, self.gain),
         )
-        return BoundFrameDistance(self, robot, dt, room)
+        return BoundFrameDistance(self, robot, dt, rows)
 
 
-class BoundFrameDistance(BoundRoom):
+class BoundFrameDistance(BoundPointLimit):
     """The rows of a `FrameDistanceLimit`.
 
     A step that carries one frame by x relative to the other makes d at most d + n·x + ‖x‖²/(2 d); the last
@@ -97,20 +97,20 @@ class BoundFrameDistance(BoundRoom):
         limit: The declared limit.
         robot: The robot.
         dt: Δt [s].
-        room: Numbers of the rows.
+        rows: Numbers of the rows.
 
     Attributes:
         distance: d of the last `fill` [m].
     """
 
-    def __init__(self, limit: FrameDistanceLimit, robot: Robot, dt: float, room: Room) -> None:
-        super().__init__(limit.name, robot, dt, room)
+    def __init__(self, limit: FrameDistanceLimit, robot: Robot, dt: float, rows: PointRows) -> None:
+        super().__init__(limit.name, robot, dt, rows)
         self._limit, self.distance = limit, np.inf
         self._pose_a, self._pose_b = np.eye(4), np.eye(4)
         self._of_a, self._of_b = np.zeros((6, robot.nv)), np.zeros((6, robot.nv))
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
-        """Measure the distance from each bound; see `BoundRoom.measure`."""
+        """Measure the distance from each bound; see `BoundPointLimit.measure`."""
         a, b = self._limit.frame_a, self._limit.frame_b
         configuration.frame_into(a, self._pose_a, self._of_a)
         configuration.frame_into(b, self._pose_b, self._of_b)

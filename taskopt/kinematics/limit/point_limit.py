@@ -22,8 +22,8 @@ from taskopt.kinematics.parameter import Numbers, Parameter, one_number
 from taskopt.kinematics.robot import Robot
 
 
-class Room(NamedTuple):
-    """Numbers of the rows g_i(q) ≥ 0 of a `BoundRoom`.
+class PointRows(NamedTuple):
+    """Numbers of the rows g_i(q) ≥ 0 of a `BoundPointLimit`.
 
     Attributes:
         names: Name of each row.
@@ -40,7 +40,7 @@ class Room(NamedTuple):
     gain: float
 
 
-class BoundRoom(RowLimit, BoundLimit):
+class BoundPointLimit(RowLimit, BoundLimit):
     """Rows ∇g·v ≥ −κ (g − reserve)/Δt for g < influence, and bounds |v_k| ≤ s v̄_k on the velocities.
 
     The reserve of a row is twice its bend, but at most half the influence. s is the largest share of the
@@ -51,7 +51,7 @@ class BoundRoom(RowLimit, BoundLimit):
         name: Name of the limit.
         robot: The robot.
         dt: Δt [s].
-        room: Numbers of the rows.
+        declared: Numbers of the rows.
 
     Attributes:
         value: g of each row, as of the last `fill`, (m,) [m].
@@ -59,16 +59,16 @@ class BoundRoom(RowLimit, BoundLimit):
         share: s of each velocity, as of the last `fill`, (nv,).
     """
 
-    def __init__(self, name: str, robot: Robot, dt: float, room: Room) -> None:
-        RowLimit.__init__(self, name, room.names, ("m/s",) * len(room.names))
+    def __init__(self, name: str, robot: Robot, dt: float, declared: PointRows) -> None:
+        RowLimit.__init__(self, name, declared.names, ("m/s",) * len(declared.names))
         BoundLimit.__init__(self, name)
-        self._dt, self._room, self._speeds = dt, room, nominal_speeds(robot)
-        self._gain = np.array([room.gain])
-        travel = np.array([motion.travel for motion in room.motions])
-        bend = np.array([motion.bend for motion in room.motions])
+        self._dt, self._declared, self._speeds = dt, declared, nominal_speeds(robot)
+        self._gain = np.array([declared.gain])
+        travel = np.array([motion.travel for motion in declared.motions])
+        bend = np.array([motion.bend for motion in declared.motions])
         self._known = np.array([np.zeros(len(travel)), travel, bend, bend])
         self.value, self._travel, self._far_bend, self.bend = self._known
-        self._gradient = np.zeros((len(room.names), robot.nv))
+        self._gradient = np.zeros((len(declared.names), robot.nv))
         self.share: Array = np.full(robot.nv, np.inf)
 
     def measure(self, configuration: Configuration, gradient: Array) -> Array:
@@ -109,8 +109,10 @@ class BoundRoom(RowLimit, BoundLimit):
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Measure, and write the rows; see `RowPart.fill`."""
         self.value[:] = self.measure(configuration, self._gradient)
-        settings = np.array([self._room.influence, self._gain[0], self._dt])
-        brake_into(self._known, settings, self._gradient, self._room.counted, rows.A, rows.lower, self.share)
+        settings = np.array([self._declared.influence, self._gain[0], self._dt])
+        brake_into(
+            self._known, settings, self._gradient, self._declared.counted, rows.A, rows.lower, self.share
+        )
 
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG002
         """Narrow the bounds to |v_k| ≤ s_k v̄_k, after `fill`; see `BoundLimit.narrow`."""
@@ -122,7 +124,7 @@ class BoundRoom(RowLimit, BoundLimit):
 
 @kernel
 def brake_into(known, settings, gradient, counted, A, lower, share):
-    """Write the rows of a `BoundRoom`, and the share of each velocity.
+    """Write the rows of a `BoundPointLimit`, and the share of each velocity.
 
     Args:
         known: Four numbers of each row: g, travel, bend, and the bend far from the edge, (4, m) [m].
