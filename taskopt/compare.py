@@ -7,7 +7,7 @@ same load of the machine.
 from collections.abc import Iterator, Sequence
 
 from taskopt.errors import Infeasible, NotSolved
-from taskopt.loop.run import Step, run
+from taskopt.loop.run import JUDGED, Step, run
 from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -27,6 +27,7 @@ class Comparison:
     Args:
         scenario: The scenario to run.
         resolvers: The resolvers, or their names (`taskopt list` shows them).
+        judged: Number of ticks whose answers are judged, see `run`.
 
     Attributes:
         scenario: The scenario.
@@ -41,8 +42,8 @@ class Comparison:
         Infeasible: Hard limits contradict each other, with one resolver and the policy "raise".
     """
 
-    def __init__(self, scenario: Scenario, resolvers: Sequence[str | Resolver]) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: Scenario, resolvers: Sequence[str | Resolver], judged: int = JUDGED) -> None:
+        self.scenario, self._judged = scenario, judged
         self.resolvers: tuple[Resolver, ...] = tuple(as_resolver(given) for given in resolvers)
         names = [resolver.name for resolver in self.resolvers]
         self.baseline = "pinv" if "pinv" in names else names[0]
@@ -51,7 +52,7 @@ class Comparison:
 
     def __iter__(self) -> Iterator[Step]:
         """Yield the steps of all resolvers, tick by tick, in the order of the resolvers."""
-        runs = {resolver.name: run(self.scenario, resolver) for resolver in self.resolvers}
+        runs = {resolver.name: run(self.scenario, resolver, self._judged) for resolver in self.resolvers}
         for _ in range(self.scenario.ticks):
             steps = {}
             for name in list(runs):

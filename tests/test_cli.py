@@ -144,7 +144,7 @@ def test_the_accuracy_benchmark_prints_a_table_with_and_without_bounds_that_bind
     done = taskopt("bench", "accuracy", "-s", "daqp", "--trials", "1")
     assert done.code == 0, done.stderr
     assert all(words in done.stdout for words in ["no bound active", "bounds active", "daqp"])
-    assert done.stdout.count("Largest error of an answer that passes for solved") == 2
+    assert done.stdout.count("Largest error of an answer that is proven") == 2
     assert "clarabel" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 120
     assert "no resolver named 'hqp/dapq'" in taskopt("bench", "accuracy", "-s", "dapq").refusal

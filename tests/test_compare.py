@@ -108,14 +108,21 @@ def test_without_limits_strict_resolvers_follow_one_path() -> None:
 
 
 def test_claims_and_proofs_are_counted_apart() -> None:
-    """A closed form claims nothing; a resolver that is wrong claims all and is certified for none."""
+    """A closed form claims nothing; a resolver that is wrong claims all, and all are refuted."""
     summaries = compared(scenario(), resolver("pinv"), resolver("active-set"), Broken(lie=1e-3)).summaries
-    assert (summaries["pinv"].claimed, summaries["active-set"].certified) == (0, 200)
+    right = summaries["active-set"]
+    assert summaries["pinv"].claimed == 0
+    assert (right.claimed, right.judged.ticks, right.judged.proven) == (200, 200, 200)
+    assert right.judged.bound is not None
+    assert right.judged.bound.value < 1e-10
     lie = summaries["broken"]
     assert lie.claimed == 200
     assert lie.closed_form_distances == pytest.approx([1e-3] * len(lie.closed_form_distances), rel=0.5)
-    assert (lie.judged, lie.accurate) == (200, 0)
-    assert lie.error > 1e-4
+    assert (lie.judged.ticks, lie.judged.proven, lie.judged.refuted, lie.judged.undecided) == (200, 0, 200, 0)
+    assert lie.judged.bound is not None
+    assert lie.judged.bound.value == pytest.approx(1e-3, rel=0.5)
+    assert lie.judged.bound.unit == "rad/s"
+    assert "200 ticks refuted, 200 of them claimed, first at 0 s" in lie.judged.sentences(200)[1]
     assert lie.causes["accuracy"] == 200
 
 
@@ -130,7 +137,7 @@ def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
     for name in ("hqp/daqp", "active-set"):
         assert set(summaries[name].causes) == {"limit"}
         assert summaries[name].causes["limit"] == 200 - len(summaries[name].closed_form_distances) > 0
-        assert summaries[name].accurate == summaries[name].judged == 200
+        assert summaries[name].judged.proven == summaries[name].judged.ticks == 200
     console = Console(width=120, record=True, file=StringIO())
     show(summaries.values(), console, comparison.baseline)
     text = console.export_text()

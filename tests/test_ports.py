@@ -52,7 +52,7 @@ def steps(made: Scenario) -> list[Step]:
 
 def faults(made: Scenario, ran: list[Step]) -> list[str]:
     """Ticks that are not proven, and limits of the stack that are left."""
-    found = [f"not proven at {step.t:g} s" for step in ran if not step.resolution.certified()]
+    found = [f"not proven at {step.t:g} s" for step in ran if not step.resolution.kkt_met()]
     limits = made.stack.limits
     if any(isinstance(limit, POSITION) for limit in limits):
         found += [text for step in ran for text in made.robot.outside(step.q_next)]

@@ -144,7 +144,7 @@ _OF_SEARCH = (
     Fault(
         "an answer without a proof counts as solved",
         _TICK,
-        "elif outcome == Outcome.SOLVED and worst > PROVEN:",
+        "elif outcome == Outcome.SOLVED and worst > KKT_MET:",
         "elif outcome != outcome:",
     ),
     Fault("a compromise between contradicting limits is returned", _TICK, "x[j] = np.nan  #", "pass  #"),
@@ -466,7 +466,7 @@ _OF_RESOLVERS = (
     Fault(
         "the fallback is taken without a proof",
         "resolver/fallback.py",
-        "if found.claimed and found.certified():",
+        "if found.claimed and found.kkt_met():",
         "if found.claimed:",
     ),
     Fault(

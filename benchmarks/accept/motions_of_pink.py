@@ -194,7 +194,7 @@ def play(scene: Any, robot: Robot, q: Array, start: str, ticks: int) -> Outcome:
         if isinstance(mine, str):
             ours.update([f"{mine}; stopped there"])
             break
-        lost = [f"not proven, {one.status.name}" for one in mine if not one.certified()]
+        lost = [f"not proven, {one.status.name}" for one in mine if not one.kkt_met()]
         proven += not lost
         ours.update(lost[:1])
         if not isinstance(theirs, str):

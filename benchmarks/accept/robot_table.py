@@ -102,7 +102,7 @@ def proven_ticks(robot: Robot) -> int:
     proven = 0
     for k in range(_TICKS):
         resolution = controller.step(q, k * _DT)
-        proven += resolution.certified()
+        proven += resolution.kkt_met()
         q = robot.integrate(q, resolution.v, _DT)
     return proven
 

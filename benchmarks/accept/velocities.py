@@ -120,11 +120,11 @@ def examine(of: Subject, q: Array, v: Array, response: float) -> Outcome:
     for tick in range(len(q)):
         resolution = control.step(q[tick], of.aim(tick), v[tick - 1] if tick else None)
         change = max(change, float(np.abs(resolution.v - v[tick]).max()))
-        unproven += not resolution.certified()
+        unproven += not resolution.kkt_met()
         fallbacks += resolution.fallback is not None
         if cascade:
             other, _ = cascade(resolution.problem)
-            if other.certified():
+            if other.kkt_met():
                 compared += 1
                 problem, difference = resolution.problem, resolution.x - other.x
                 apart = max(apart, float(np.abs(difference).max()))

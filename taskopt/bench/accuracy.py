@@ -3,7 +3,7 @@
 The Jacobian is 6×7, with singular values from 1 down to σ_min; velocities are bounded. Each solver answers
 twice: as the resolver `<family>/<solver>`, to the requested accuracy, and alone, at its own defaults, from
 the normal equations H = JᵀJ + k² I. Where no bound is active, the exact answer is (3.52), or (3.59) with
-damping k. Where bounds are active, it is the answer of the active-set method, solved again and certified.
+damping k. Where bounds are active, it is the answer of the active-set method, solved again and proven.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,9 +40,9 @@ class Cell:
         k: Damping factor.
         raw: Errors of the solver's own answers.
         polished: Errors of the same answers, solved again from their active sets.
-        flagged: True where the answer does not count as solved.
+        flagged: True where the answer is not proven.
         default: Errors of the solver alone at its own defaults; inf if it gave up.
-        unjudged: Trials without a certified optimum to compare with.
+        unjudged: Trials without a proven optimum to compare with.
         fallbacks: Trials whose optimum came from a fallback of the active-set method.
     """
 
@@ -58,7 +58,7 @@ class Cell:
 
     @property
     def worst_unflagged(self) -> float:
-        """Largest raw error of the answers that count as solved; 0 if none does."""
+        """Largest raw error of the answers that are proven; 0 if none is."""
         passed = (error for error, flagged in zip(self.raw, self.flagged, strict=True) if not flagged)
         return max(passed, default=0.0)
 
@@ -146,7 +146,7 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
             return
     cell.raw.append(_error(resolution.x, goal))
     cell.polished.append(_error(polish(resolution).x, goal))
-    cell.flagged.append(not resolution.solved)
+    cell.flagged.append(not resolution.proven)
     n = len(exact)
     H = J.T @ J + (k**2 or DIAGONAL_OF_UNDAMPED) * np.eye(n)
     found = solve_at_defaults(cell.solver, H, -J.T @ v, np.full(n, -bound), np.full(n, bound))
@@ -154,10 +154,10 @@ def _try(cell: Cell, answer: Resolver, J: Array, v: Array, room: float) -> None:
 
 
 def _optimum(problem: Hierarchy) -> tuple[Array, bool]:
-    """Return the certified optimum (n,), NaN if there is none, and True if a fallback found it."""
+    """Return the proven optimum (n,), NaN if there is none, and True if a fallback found it."""
     found, _ = resolver("active-set")(problem)
     best = polish(found)
-    x = best.x if best.certified() else np.full(problem.n, np.nan)
+    x = best.x if best.proven else np.full(problem.n, np.nan)
     return x, found.fallback is not None
 
 
@@ -189,7 +189,7 @@ def table(cells: Sequence[Cell], family: str, room: float) -> Table:
     out.add_column("solver", no_wrap=True)
     out.add_column("σ_min", justify="right", no_wrap=True)
     for k in DAMPING:
-        for heading in (f"k={k:g}\nraw", "pol-\nished", "not\nsolved", "solver\nalone"):
+        for heading in (f"k={k:g}\nraw", "pol-\nished", "not\nproven", "solver\nalone"):
             out.add_column(Text(heading), justify="right", no_wrap=True)
     for name in dict.fromkeys(cell.solver for cell in cells):
         for sigma in SIGMA:
@@ -226,13 +226,13 @@ def verdict(cells: Sequence[Cell]) -> str:
     flags = [flag for cell in cells for flag in cell.flagged]
     flagged, judged = float(np.mean(flags)), len(flags)
     unjudged, fallbacks = sum(cell.unjudged for cell in cells), sum(cell.fallbacks for cell in cells)
-    left_out = f", without a certified optimum: {unjudged} of {unjudged + judged}" if unjudged else ""
+    left_out = f", without a proven optimum: {unjudged} of {unjudged + judged}" if unjudged else ""
     found = f" A fallback found the optimum of {fallbacks} problems." if fallbacks else ""
     return (
-        f"Largest error of an answer that passes for solved: {worst.worst_unflagged:.1e} ({worst.solver}, "
-        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); not solved: {100.0 * flagged:.1f} % of all{left_out}."
+        f"Largest error of an answer that is proven: {worst.worst_unflagged:.1e} ({worst.solver}, "
+        f"σ_min {worst.sigma:.0e}, k = {worst.k:g}); not proven: {100.0 * flagged:.1f} % of all{left_out}."
         f"{found}\n"
-        "raw: answer of the solver; polished: solved again from its active set; not solved: the solver gave "
-        "up, or x was not shown to be as accurate as was asked for; solver alone: from the normal equations "
-        f"at its own defaults, with k² or {DIAGONAL_OF_UNDAMPED:g} on the diagonal; none: no answer."
+        "raw: answer of the solver; polished: solved again from its active set; not proven: the error "
+        "bound of some entry is above 1e-8 · max(1, |x_i|), or there is none; solver alone: from the normal "
+        f"equations at its defaults, with k² or {DIAGONAL_OF_UNDAMPED:g} on the diagonal; none: no answer."
     )

@@ -1,4 +1,4 @@
-"""Resolve random ticks of random stacks on four robots, and check that every answer is proven or reported.
+"""Resolve random ticks of random stacks on four robots, and judge the answers that are claimed.
 
 A stack has two to four levels of frame, position, orientation, box, gaze and joint tasks, some of them twice.
 Around them are limits on position and velocity or on acceleration, and distances to be kept from obstacles
@@ -19,6 +19,7 @@ from rich.text import Text
 from taskopt.arrays import Array, Mask
 from taskopt.bench.random_stacks import FRAMES, Draw, aim, fuzz_robot, random_stack, random_start
 from taskopt.errors import Infeasible, KeptProblem, NotSolved
+from taskopt.hierarchy.proof import UNDECIDED, Verdict
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import LIMIT_KEPT
 from taskopt.kinematics.configuration import Configuration
@@ -27,6 +28,7 @@ from taskopt.loop.controller import Controller
 
 TICKS_IN_A_ROW = 20  # on average, before the robot jumps to another posture
 TICKS_PER_STACK = 500  # on average
+TICKS_PER_JUDGEMENT = 20  # a judgement takes as long as a hundred ticks
 STARTS = 50  # postures that are tried for one that keeps all distances
 
 
@@ -42,8 +44,11 @@ class Tally:
         conflicts: Ticks whose limits on acceleration and distances contradict each other.
         reported: Ticks without a solved answer, which the resolver reports itself.
         fallbacks: Answers of a fallback of the resolver.
-        unproven: Answers that claim to be optimal and are not certified. There must be none.
-        certificate: The worst KKT residual of the answers that claim to be optimal.
+        missed: Answers that claim to be optimal and miss their KKT conditions. There must be none.
+        proven: Claimed answers that are judged, and proven.
+        refuted: Claimed answers that are judged, and refuted. There must be none.
+        undecided: Claimed answers that are judged, and undecided.
+        error_bound: The largest error bound of the proven answers [rad/s, m/s].
         position: Largest excess over a position limit after the Euler step [rad, m].
         velocity: Largest excess over a velocity limit [rad/s, m/s].
         distance: Largest amount by which a distance is below its margin after the Euler step [m].
@@ -56,16 +61,22 @@ class Tally:
     conflicts: int = 0
     reported: int = 0
     fallbacks: int = 0
-    unproven: int = 0
-    certificate: float = 0.0
+    missed: int = 0
+    proven: int = 0
+    refuted: int = 0
+    undecided: int = 0
+    error_bound: float = 0.0
     position: float = 0.0
     velocity: float = 0.0
     distance: float = 0.0
 
     @property
     def clean(self) -> bool:
-        """True if every answer is proven or reported, and every limit is kept."""
-        return self.unproven == 0 and max(self.position, self.velocity, self.distance) <= LIMIT_KEPT
+        """True if every claim meets its KKT conditions, none is refuted, and every limit is kept."""
+        return (
+            self.missed == self.refuted == 0
+            and max(self.position, self.velocity, self.distance) <= LIMIT_KEPT
+        )
 
 
 def fuzz(
@@ -182,15 +193,18 @@ class Floor:
 _COLUMNS = {
     "ticks": "ticks",
     "bound\nactive": "bound",
-    "distance\nactive": "near",
-    "limits in\nconflict": "conflicts",
-    "failure\nreported": "reported",
+    "dist.\nactive": "near",
+    "con-\nflict": "conflicts",
+    "fail-\nures": "reported",
     "fallback\nanswered": "fallbacks",
-    "claimed,\nunproven": "unproven",
-    "worst\ncertificate": "certificate",
-    "position\n[rad]": "position",
-    "velocity\n[rad/s]": "velocity",
-    "distance\n[m]": "distance",
+    "KKT\nunmet": "missed",
+    "\nproven": "proven",
+    "re-\nfuted": "refuted",
+    "unde-\ncided": "undecided",
+    "error\nbound": "error_bound",
+    "pos.\n[rad]": "position",
+    "vel.\n[rad/s]": "velocity",
+    "dist.\n[m]": "distance",
 }
 
 
@@ -203,9 +217,13 @@ def table(tallies: Sequence[Tally]) -> Table:
     Returns:
         One row for each robot, with counts of ticks and worst figures.
     """
-    caption = "position, velocity, distance: largest excess over a limit after the step"
+    caption = (
+        f"proven, refuted, undecided: of every {TICKS_PER_JUDGEMENT}th claim; error bound: "
+        "largest of those proven [rad/s or m/s]; pos., vel., dist.: largest excess over a limit after the "
+        "step"
+    )
     out = Table(
-        title="random ticks", caption=caption, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+        title="random ticks", caption=Text(caption), box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
     out.add_column("robot", no_wrap=True)
     for heading in _COLUMNS:
@@ -249,10 +267,22 @@ def _judge(
     if not resolution.claimed:
         _report(tally, resolution.problem, keep)
         return
-    tally.certificate = max(tally.certificate, resolution.certificate.worst)
-    tally.unproven += not resolution.certified()
-    if not resolution.certified() or max(missed.values()) > LIMIT_KEPT:
+    met, refuted = resolution.kkt_met(), tally.refuted
+    tally.missed += not met
+    if not met or tally.ticks % TICKS_PER_JUDGEMENT == 0:
+        _count_verdict(tally, resolution)
+    if not met or tally.refuted > refuted or max(missed.values()) > LIMIT_KEPT:
         _save(tally, resolution.problem, keep)
+
+
+def _count_verdict(tally: Tally, resolution: Resolution) -> None:
+    """Judge a claimed answer by a bound on its error."""
+    judgement = resolution.certificate.judgement
+    tally.proven += judgement.proven
+    tally.refuted += judgement.verdict is Verdict.REFUTED
+    tally.undecided += judgement.verdict in UNDECIDED
+    if judgement.proven:
+        tally.error_bound = max(tally.error_bound, float(judgement.error_bound.max()))
 
 
 def _report(tally: Tally, problem: KeptProblem | None, keep: Path | None) -> None:

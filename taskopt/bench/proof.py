@@ -17,7 +17,7 @@ from taskopt.arrays import Array
 from taskopt.bench.exact import as_floats, exact_optimum
 from taskopt.bench.scaled_problems import FAMILIES, scaled_problem
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof import Judgement, Verdict, judge
+from taskopt.hierarchy.proof import UNDECIDED, Judgement, Verdict, judge
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.resolver.active_set.polish import polish
@@ -25,7 +25,6 @@ from taskopt.resolver.registry import resolver
 
 RESOLVERS = ("active-set", *(f"hqp/{name}" for name in ("daqp", "clarabel", "proxqp", "quadprog", "piqp")))
 STARTS = ("cold", "warm")
-_UNDECIDED = (Verdict.UNDECIDED, Verdict.PROVEN_IF)
 
 
 @dataclass
@@ -39,7 +38,7 @@ class Tally:
         right: Right answers.
         unproven: Right answers that are not proven.
         wrong: Wrong answers, those without numbers included.
-        claimed: Wrong answers that count as solved.
+        claimed: Wrong answers that are claimed to be the optimum.
         proven: Wrong answers that are proven. There must be none.
         undecided: Answers of which double precision cannot tell.
         mended: Wrong answers that are right after polishing.
@@ -78,9 +77,9 @@ class Tally:
         self.right += not wrong
         self.unproven += not wrong and not proven
         self.wrong += wrong
-        self.claimed += wrong and found.solved
+        self.claimed += wrong and found.claimed
         self.proven += wrong and proven
-        self.undecided += judgement.verdict in _UNDECIDED
+        self.undecided += judgement.verdict in UNDECIDED
         self.mended += wrong and bool(np.isfinite(found.x).all()) and not is_wrong(polish(found).x, exact)
         self.broken += is_broken(judgement.error_bound, found.x, exact)
         self.iterations = max(self.iterations, found.iterations)

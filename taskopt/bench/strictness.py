@@ -45,7 +45,7 @@ class Method:
         name: One of `METHODS`.
         residual: Weighted residual of the first level [m/s], one number for each case.
         regret: Regret of both levels, (2,) for each case [m/s, rad/s], see `taskopt.regret`.
-        fallbacks: Number of problems that a fallback answered, because the active-set search found no proof.
+        fallbacks: Number of problems that a fallback answered, because the active-set search found none.
     """
 
     name: str

@@ -30,7 +30,7 @@ from taskopt.arrays import Array, IntArray, Mask
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof import Judgement, Verdict, judge
-from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, PROVEN
+from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, KKT_MET
 from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 
@@ -92,14 +92,14 @@ class Certificate:
         """The largest violation of the box and the hard rows, relative to the largest term of the row."""
         return float(self.residuals[:, _PRIMAL].max())
 
-    def proves(self, tolerance: float = PROVEN) -> bool:
-        """Return True if no residual exceeds the tolerance.
+    def kkt_met(self, tolerance: float = KKT_MET) -> bool:
+        """Return True if no KKT residual exceeds the tolerance, which proves nothing about the error of x.
 
         Args:
-            tolerance: Largest residual of a proof.
+            tolerance: Largest residual.
 
         Returns:
-            True for a proof.
+            True if x and the multipliers meet the KKT conditions up to that.
         """
         return self.worst <= tolerance
 

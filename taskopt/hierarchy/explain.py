@@ -27,9 +27,9 @@ _VERDICT = {
 
 _JUDGED = {
     Verdict.PROVEN: "proven",
-    Verdict.PROVEN_IF: "proven on a condition",
+    Verdict.PROVEN_IF: "undecided but for a condition",
     Verdict.REFUTED: "refuted, it is not the optimum",
-    Verdict.UNDECIDED: "not proven",
+    Verdict.UNDECIDED: "undecided",
 }
 
 
@@ -62,12 +62,11 @@ def explain(
     lines += [_task(problem, x, block) for block in problem.layout.blocks if block.level > 0]
     lines += _broken_limits(problem, x)
     if review is not None:
-        lines[2:2] = _accuracy(review)
         lines += _closed_form(review)
     if active or fixed:
         held = [_held_back(row, problem.layout.level_count) for row in (*active, *fixed)]
         return "\n".join([*lines, "Held back by:", *held])
-    if status is not Status.FORMULA and not certificate.proves():
+    if status is not Status.FORMULA and not certificate.judgement.proven:
         return "\n".join(
             [*lines, "Whether a limit or an inequality holds it back is not known: it is not proven."]
         )
@@ -83,16 +82,6 @@ def _proof(status: Status, certificate: Certificate) -> str:
     if status is Status.FORMULA and judgement.verdict is Verdict.REFUTED:
         word = "it is not the optimum inside the limits"
     return f"Certificate: {word}. {judgement.reason} KKT residuals: {certificate}."
-
-
-def _accuracy(review: Review) -> list[str]:
-    """Return a sentence on the error of x; nothing for a closed form."""
-    if np.isnan(review.error):
-        return []
-    asked = f"{review.accuracy:.0e} was asked for"
-    if review.error <= review.accuracy:
-        return [f"Accuracy: x is right to {review.error:.1e} of its size; {asked}."]
-    return [f"Not accurate: x is {review.error:.1e} of its size off, and {asked}."]
 
 
 def _closed_form(review: Review) -> list[str]:

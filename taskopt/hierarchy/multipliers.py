@@ -1,4 +1,4 @@
-"""Multipliers for an x that comes without any, so that every velocity can be certified.
+"""Multipliers for an x that comes without any, so that every velocity has KKT residuals.
 
 Level by level, the multipliers y with the smallest stationarity residual are fitted. Those of sign-free rows
 may have either sign, those of other rows at a bound have the sign of their side, and those of rows away from
@@ -102,7 +102,7 @@ def _fit(gradient: Array, free: Array, signed: Array, side: IntArray) -> tuple[A
 def _non_negative(columns: Array, target: Array) -> Array:
     """Return u ≥ 0 with the least ‖columns u − target‖, or zeros if the fit does not converge.
 
-    With zeros the certificate refuses x, so that a fit that does not converge proves nothing.
+    With zeros the KKT residuals stay large, so that a fit that does not converge claims nothing.
     """
     try:
         return nnls(columns, target, maxiter=_ITERATIONS_PER_COLUMN * columns.shape[1])[0]

@@ -15,7 +15,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof import Judgement, judge
 from taskopt.hierarchy.review import Review
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, PROVEN
+from taskopt.hierarchy.tolerances import ACCURACY, KKT_MET
 from taskopt.hierarchy.view import Answer, answer_of
 
 
@@ -159,30 +159,16 @@ class Resolution:
         """Review with closed-form answer, error of x, ranks, damping and causes; None without a reviewer."""
         return None if self._reviewer is None else self._reviewer(self)
 
-    @property
-    def accurate(self) -> bool:
-        """True if the error of x, relative to its largest entry, is at most the requested accuracy.
-
-        To find the error, the problem is solved again on the final active set by orthogonal factorisation.
-        False for a closed form, for which this is not done.
-        """
-        return self.review is not None and self.review.error <= self.review.accuracy
-
-    @property
-    def solved(self) -> bool:
-        """True if an optimum is claimed and x is accurate."""
-        return self.claimed and self.accurate
-
-    def certified(self, tolerance: float = PROVEN) -> bool:
-        """Return True if the certificate proves that this is the optimum.
+    def kkt_met(self, tolerance: float = KKT_MET) -> bool:
+        """Return True if x and the multipliers meet the KKT conditions, which is no proof: see `proven`.
 
         Args:
-            tolerance: Largest KKT residual of a proof.
+            tolerance: Largest KKT residual, relative as in `Certificate`.
 
         Returns:
-            True for a proof.
+            True if no residual exceeds it.
         """
-        return self.certificate.proves(tolerance)
+        return self.certificate.kkt_met(tolerance)
 
     @cached_property
     def active(self) -> tuple[Active, ...]:

@@ -6,7 +6,7 @@ from enum import Enum
 class Status(Enum):
     """The claim of a resolver or solver about its own answer; the value of each member is advice in words.
 
-    A status is only a claim. The certificate decides if an answer is proven.
+    A status is only a claim. The error bound of the certificate decides if an answer is proven.
     """
 
     SOLVED = "it claims an optimum; the certificate decides"

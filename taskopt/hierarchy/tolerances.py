@@ -5,20 +5,20 @@ times that a search may be repeated, are defined where they are used, with their
 means relative to the Euclidean norm of the row, or to its largest term |A_ij x_j| where the entry says so.
 """
 
-# --- Proof of an answer: hierarchy/certificate, hierarchy/multipliers, hierarchy/qp --------------------
+# --- KKT residuals: hierarchy/certificate, hierarchy/multipliers, hierarchy/qp -------------------------
 
-PROVEN = 1e-8
-"""Largest KKT residual, relative as in `Certificate`, with which an answer counts as proven.
+KKT_MET = 1e-8
+"""Largest KKT residual, relative as in `Certificate`, with which `active-set` claims an answer.
 
 Smaller: right answers of interior-point and augmented-Lagrangian solvers are refused, since they stop near
-1e-9. Larger: answers that are off by that share of their level's gradient pass as proven.
+1e-9. Larger: answers that are off by that share of their level's gradient are claimed.
 """
 
 CERTIFICATE_ROUNDING = 1e-13
 """A multiplier, or a violation, below this share of its level's scale is rounding, and frees no sign.
 
 The certificate lets a row carry either sign at later levels once it was needed, or violated, at an earlier
-one. Smaller: rounding noise of about 1e-15 frees rows that nothing decided, and wrong answers are proven.
+one. Smaller: rounding noise of about 1e-15 frees rows that nothing decided, and wrong answers are claimed.
 Larger: right answers with small multipliers, as near singularities, are refused.
 """
 

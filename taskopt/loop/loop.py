@@ -69,7 +69,7 @@ class Loop:
         self.rest = Rest(plan, resolver) if plan.stack.damping is not None and resolver.strict else None
         self._one_call: OneCall | None = None if timed else one_call(plan, resolver, self.rest)
         self._answer = self._in_two_calls if self._one_call is None else self._one_call.answer
-        self._solved_is_proven = self._one_call is not None  # else SOLVED is the claim of some resolver
+        self._solved_keeps_limits = self._one_call is not None  # else SOLVED is the claim of some resolver
 
     @property
     def seconds(self) -> Seconds:
@@ -114,7 +114,7 @@ class Loop:
             NotSolved: There is no answer that may be sent to a robot.
         """
         resolution = self._answer(q, t)
-        if resolution.status is not _SOLVED or not self._solved_is_proven:
+        if resolution.status is not _SOLVED or not self._solved_keeps_limits:
             resolution = self._checked(resolution, t)
         if self._tells_velocity:
             self.plan.moved(resolution.x)

@@ -70,7 +70,7 @@ class OneCall:
             t: Time [s].
 
         Returns:
-            The answer. If its status is SOLVED, its certificate proves it.
+            The answer. If its status is SOLVED, it meets its KKT conditions to `KKT_MET`.
 
         Raises:
             InvalidValue: q has the wrong size, or it or a target is not finite.

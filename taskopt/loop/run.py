@@ -15,12 +15,15 @@ import numpy as np
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import CLOSED_FORM_INSIDE
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.loop.loop import Loop
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import as_resolver
+
+JUDGED = 500  # judgements of a run: each takes 3 to 20 ms, which every tick of a long run cannot spare
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,7 @@ class Step:
     closed_form: Array
     distances: Mapping[str, Measured] = field(default_factory=dict)
     moving: Mapping[str, Array] = field(default_factory=dict)
+    judged: bool = True
 
     @cached_property
     def closed_form_distance(self) -> float:
@@ -80,7 +84,7 @@ class Step:
         )
 
 
-def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator[Step]:
+def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int = JUDGED) -> Iterator[Step]:
     """Resolve a scenario tick by tick, by Euler steps on the manifold of the robot (3.48).
 
     v_k resolves the hierarchy of (q_k, t_k), and q_(k+1) = q_k ⊕ v_k Δt.
@@ -88,6 +92,8 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
     Args:
         scenario: Robot, start, stack, duration and period.
         resolver: A resolver, or the name of one (`taskopt list` shows them).
+        judged: Number of ticks whose answer is to be judged, evenly spread. Answers that are claimed although
+            their KKT residuals are large are judged in any case.
 
     Yields:
         One step for each tick.
@@ -102,15 +108,18 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set") -> Iterator
     loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
     q = scenario.start.copy()
     loop.start(q, 0.0)  # imports and compilation are nobody's solve time
+    every = -(-scenario.ticks // max(1, judged))
     for index in range(scenario.ticks):
         t = index * scenario.dt
         resolution = loop.tick(q, t)
-        step = _step(scenario, loop, resolution, index, q)
+        step = _step(scenario, loop, resolution, index, q, judged=index % every == 0)
         yield step
         q = step.q_next
 
 
-def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array) -> Step:
+def _step(
+    scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array, *, judged: bool
+) -> Step:
     """Copy the results of a tick, and take the Euler step."""
     plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), resolution.v.copy()
     poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
@@ -132,7 +141,15 @@ def _step(scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q:
         closed_form=loop.resolver.closed_form(resolution.problem),
         distances={name: limit.distances.measured() for name, limit in plan.distance_limits.items()},
         moving={name: pose.copy() for name, pose in plan.moving.items()},
+        judged=_is_judged(resolution, chosen=judged),
     )
+
+
+def _is_judged(resolution: Resolution, *, chosen: bool) -> bool:
+    """Return True for an answer to be judged; one that brakes aims at no optimum and is not judged."""
+    if resolution.status is Status.BRAKED:
+        return False
+    return chosen or (resolution.claimed and not resolution.kkt_met())
 
 
 def tracking_error(step: Step) -> float:

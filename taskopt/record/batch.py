@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.hierarchy.layout import Block, Layout
+from taskopt.hierarchy.proof import Verdict
 from taskopt.hierarchy.review import Cause, LevelAccount
 from taskopt.hierarchy.tolerances import COUNTED_MULTIPLIER, SHOWN_VIOLATION
 from taskopt.loop.run import Step
@@ -88,7 +89,7 @@ class Batch:
         return np.abs(self.v - answers).max(axis=1)
 
     @cached_property
-    def certificate(self) -> Array:
+    def kkt_residual(self) -> Array:
         """The largest KKT residual of each answer, (k,)."""
         return np.array([step.resolution.certificate.worst for step in self.steps])
 
@@ -98,14 +99,25 @@ class Batch:
         return np.array([step.resolution.claimed for step in self.steps])
 
     @cached_property
-    def certified(self) -> Mask:
-        """True where the certificate proves an optimum, (k,)."""
-        return np.array([step.resolution.certified() for step in self.steps])
+    def judged(self) -> Mask:
+        """True where the answer is judged, (k,); a judgement takes longer than a tick."""
+        return np.array([step.judged for step in self.steps])
 
     @cached_property
-    def accurate(self) -> Mask:
-        """True where the answer, compared with solving again on its active set, is accurate, (k,)."""
-        return np.array([step.resolution.accurate for step in self.steps])
+    def verdicts(self) -> tuple[Verdict | None, ...]:
+        """The verdict on each answer; None where it is not judged."""
+        return tuple(step.resolution.certificate.verdict if step.judged else None for step in self.steps)
+
+    @cached_property
+    def error_bound(self) -> Array:
+        """The bound on the error of each velocity, (k, nv) [rad/s, m/s]; NaN where it is not judged.
+
+        It is inf where nothing is proven about the optimum.
+        """
+        bounds = np.full(self.v.shape, np.nan)
+        for k in np.flatnonzero(self.judged).tolist():
+            bounds[k] = self.steps[k].resolution.certificate.error_bound
+        return bounds
 
     @cached_property
     def levels(self) -> tuple[tuple[LevelAccount, ...], ...]:

@@ -9,6 +9,7 @@ from taskopt.arrays import IntArray
 from taskopt.loop.continuity import Continuity
 from taskopt.loop.run import Step, tracking_error
 from taskopt.record.batch import Batch
+from taskopt.record.judged import JudgedTicks
 from taskopt.record.violation import LimitGauge
 
 
@@ -29,15 +30,12 @@ class Summary:
         closed_form_distances: The distance to the closed-form answer at each tick at which nothing binds
             [rad/s, m/s].
         path_difference: The largest ‖q ⊖ q of the baseline resolver‖∞ at the same tick [rad, m].
-        certificates: The largest KKT residual of each tick, (ticks,).
         claimed: The number of ticks at which the resolver claims an optimum.
-        certified: The number of ticks at which the certificate proves an optimum.
+        judged: The verdicts on the judged ticks, and their largest error bound.
+        kkt_residual: The largest KKT residual.
         fallbacks: The number of ticks that a fallback of the resolver answered.
         damped: The number of ticks that were damped, see `RestDamping`.
         damping_distance: The largest distance of such an answer to that without damping [rad/s, m/s].
-        judged: The number of ticks whose active set was solved again, to find the error of x.
-        accurate: The number of judged ticks at which the answer has the requested accuracy.
-        error: The largest relative error of x at the judged ticks.
         causes: The number of ticks at which each kind of cause makes the answer differ from its closed form.
         seconds: The solve time of each tick, (ticks,) [s].
         active: The number of ticks at which each bound or inequality is active, by name.
@@ -54,15 +52,12 @@ class Summary:
     least_distance: dict[str, float] = field(default_factory=dict)
     closed_form_distances: list[float] = field(default_factory=list)
     path_difference: float = 0.0
-    certificates: list[float] = field(default_factory=list)
     claimed: int = 0
-    certified: int = 0
+    judged: JudgedTicks = field(init=False)
+    kkt_residual: float = 0.0
     fallbacks: int = 0
     damped: int = 0
     damping_distance: float = 0.0
-    judged: int = 0
-    accurate: int = 0
-    error: float = 0.0
     causes: Counter[str] = field(default_factory=Counter)
     seconds: list[float] = field(default_factory=list)
     active: Counter[str] = field(default_factory=Counter)
@@ -72,6 +67,7 @@ class Summary:
 
     def __post_init__(self) -> None:
         self.continuity = Continuity(self.gauge.info.plan)
+        self.judged = JudgedTicks(self.gauge.info.scenario.robot)
 
     @property
     def ticks(self) -> int:
@@ -87,7 +83,8 @@ class Summary:
         for step in batch.steps:
             self.tracking.append(tracking_error(step))
             self.continuity.add(step.t, step.resolution)
-            self._add_review(step)
+            if step.resolution.review is not None:
+                self.causes.update({cause.kind for cause in step.resolution.review.causes})
             self.fallbacks += step.resolution.fallback is not None
             self.damped += step.resolution.undamped is not None
             self.damping_distance = max(self.damping_distance, step.resolution.damping_distance)
@@ -101,9 +98,9 @@ class Summary:
         for limit in batch.distance_limits:
             least = float(batch.distance(limit).min())
             self.least_distance[limit] = min(self.least_distance.get(limit, np.inf), least)
-        self.certificates += batch.certificate.tolist()
         self.claimed += int(batch.claimed.sum())
-        self.certified += int(batch.certified.sum())
+        self.judged.add(batch)
+        self.kkt_residual = max(self.kkt_residual, float(batch.kkt_residual.max()))
         self.seconds += batch.seconds.tolist()
         self._add_active(batch)
 
@@ -126,14 +123,3 @@ class Summary:
         counted = Counter(zip(rows.tolist(), code[ticks, rows].tolist(), strict=True))
         for (row, value), count in counted.items():
             self.active[batch.active_name(row, value)] += count
-
-    def _add_review(self, step: Step) -> None:
-        """Count accuracy and causes, if a resolver reviews its answers."""
-        review = step.resolution.review
-        if review is None:
-            return
-        if not np.isnan(review.error):
-            self.judged += 1
-            self.error = max(self.error, review.error)
-            self.accurate += step.resolution.accurate
-        self.causes.update({cause.kind for cause in review.causes})

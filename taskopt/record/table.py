@@ -22,16 +22,18 @@ class TableSink:
 
     Columns, with one value in each row unless they are called lists:
 
-    - tick; t [s]; resolver; status (`Status`); claimed, certified (an optimum); nothing_binds: True if the
-      closed-form answer keeps every bound and inequality.
+    - tick; t [s]; resolver; status (`Status`); claimed: True if it claims an optimum; nothing_binds:
+      True if the closed-form answer keeps every bound and inequality.
     - q, q_next: lists (nq,) [rad, m]; v: list (nv,) [rad/s, m/s].
     - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of the residuals of the task's rows.
     - position_violation [rad, m], velocity_violation [rad/s, m/s]: largest excess over a limit.
     - active: list of names of active bounds and inequalities; multiplier: list, one number for each of them.
-    - certificate: largest KKT residual; iterations; seconds, build_seconds [s]: time of the resolver, and of
+    - verdict: PROVEN, PROVEN_IF, REFUTED or UNDECIDED; error_bound: list (nv,) [rad/s, m/s], bounds on the
+      errors of v, inf where nothing is known; both are null at ticks that are not judged.
+    - kkt_residual: the largest; iterations; seconds, build_seconds [s]: time of the resolver, and of
       kinematics and rows.
     - closed_form_distance [rad/s, m/s]: ‖v − v of the closed-form answer‖∞; causes: list of the reasons for
-      it; accurate: True if solving again on the active set gives the same answer.
+      it.
     - ranks, damping: lists, the rank and the damping k² of each level, hard rows first.
     - distance/<limit> [m]: least distance of a distance limit; nearest/<limit>: the pair that has it.
     """
@@ -102,7 +104,6 @@ def _answer_columns(batch: Batch) -> dict[str, pa.Array]:
         "resolver": pa.array([batch.resolver] * len(answers)),
         "status": pa.array([answer.status.name for answer in answers]),
         "claimed": pa.array(batch.claimed),
-        "certified": pa.array(batch.certified),
         "nothing_binds": pa.array([step.nothing_binds for step in batch.steps]),
         "q": _lists(batch.q),
         "q_next": _lists(batch.q_next),
@@ -118,19 +119,22 @@ def _task_columns(batch: Batch) -> dict[str, pa.Array]:
 
 
 def _proof_columns(batch: Batch) -> dict[str, pa.Array]:
-    """Return certificate, effort, and the comparison with the closed-form answer."""
+    """Return verdict, error bound, effort, and the comparison with the closed-form answer."""
     answers = [step.resolution for step in batch.steps]
-    words, ranks, damping = pa.list_(pa.string()), pa.list_(pa.int64()), pa.list_(pa.float64())
+    words, ranks, numbers = pa.list_(pa.string()), pa.list_(pa.int64()), pa.list_(pa.float64())
+    verdicts = [None if verdict is None else verdict.name for verdict in batch.verdicts]
+    pairs = zip(batch.judged, batch.error_bound, strict=True)
     return {
-        "certificate": pa.array(batch.certificate),
+        "verdict": pa.array(verdicts, pa.string()),
+        "error_bound": pa.array([bound if judged else None for judged, bound in pairs], numbers),
+        "kkt_residual": pa.array(batch.kkt_residual),
         "iterations": pa.array([answer.iterations for answer in answers], pa.int64()),
         "seconds": pa.array(batch.seconds),
         "build_seconds": pa.array(batch.build_seconds),
         "closed_form_distance": pa.array(batch.closed_form_distance),
-        "accurate": pa.array(batch.accurate),
         "causes": pa.array([list(map(str, tick)) for tick in batch.causes], words),
         "ranks": pa.array([[level.rank for level in tick] for tick in batch.levels], ranks),
-        "damping": pa.array([[level.damping for level in tick] for tick in batch.levels], damping),
+        "damping": pa.array([[level.damping for level in tick] for tick in batch.levels], numbers),
     }
 
 

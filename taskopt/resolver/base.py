@@ -208,27 +208,27 @@ def answered(
     return Resolution(hierarchy, answer, state, status, iterations, reviewer), memory
 
 
-def prove_again(hierarchy: Hierarchy, answer: Array) -> bool:
-    """Find other multipliers that prove the x of an answer, and write them into the answer.
+def fit_again(hierarchy: Hierarchy, answer: Array) -> bool:
+    """Find other multipliers with which the x of an answer meets its KKT conditions, and write them there.
 
-    If two rows are equal up to rounding, an active-set method can end with multipliers that do not prove x
+    If two rows are equal up to rounding, an active-set method can end with multipliers that do not fit x
     although x is the optimum. `find_multipliers` finds the multipliers that fit x best.
 
     Args:
         hierarchy: The problem that is answered.
         answer: Flat array of an answer (see `taskopt.hierarchy.view`). Its multipliers and its certificate
-            are overwritten if the new ones prove x.
+            are overwritten if the new ones fit x.
 
     Returns:
-        True if the new multipliers prove x.
+        True if no KKT residual of x with the new multipliers exceeds `KKT_MET`.
     """
     layout = hierarchy.layout
     parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
     y = find_multipliers(hierarchy, parts.x)
     certificate = certify(hierarchy, parts.x, y)
-    if certificate.proves():
+    if certificate.kkt_met():
         parts.multipliers[:], parts.residuals[:] = y, certificate.residuals
-    return certificate.proves()
+    return certificate.kkt_met()
 
 
 def final_state(

@@ -21,21 +21,21 @@ from taskopt.resolver.tick_review import TickReview
 
 @dataclass(frozen=True)
 class ActiveSetWithFallback:
-    """Resolve with the active-set search; if it finds no proof, call another resolver.
+    """Resolve with the active-set search; if it finds no optimum, call another resolver.
 
-    It promises the lexicographic optimum inside the hard limits, proven by the certificate. It does not
-    promise a bound on computing time.
+    It aims at the lexicographic optimum inside the hard limits, and claims an answer if that meets its KKT
+    conditions. It does not promise a bound on computing time.
 
-    The search may end without a proof: with hundreds of nearly parallel hard rows, this happens about once in
-    some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if the
-    certificate proves it, and `resolution.fallback` has its name.
+    The search may end without an optimum: with hundreds of nearly parallel hard rows, this happens about once
+    in some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if it
+    meets its KKT conditions, and `resolution.fallback` has its name.
 
     If the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides, and
     the status is INFEASIBLE only if phase one finds the contradiction, too.
 
     Attributes:
         search: The search.
-        fallback: The resolver that is called if the search finds no proof; None for none.
+        fallback: The resolver that is called if the search finds none; None for none.
     """
 
     search: ActiveSet = field(default_factory=ActiveSet)
@@ -68,15 +68,15 @@ class ActiveSetWithFallback:
         return (resolution if resolution.claimed else self.conclude(resolution)), memory
 
     def conclude(self, resolution: Resolution) -> Resolution:
-        """Check the status INFEASIBLE by phase one, and call the fallback if there is no proof.
+        """Check the status INFEASIBLE by phase one, and call the fallback if the search claims nothing.
 
         Args:
             resolution: An answer of the search.
 
         Returns:
             The fallback is called if the status is FAILED, or if it is INFEASIBLE and phase one refutes that.
-            Then the result is the answer of the fallback if that is proven, else the answer of the search
-            with the status FAILED. In all other cases the answer of the search is returned unchanged.
+            Then the result is the answer of the fallback if that meets its KKT conditions, else the answer of
+            the search with the status FAILED. In all other cases the answer of the search is returned.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:
@@ -87,13 +87,13 @@ class ActiveSetWithFallback:
             return resolution  # it stopped at the limit of iterations, or the hierarchy holds a NaN
         if self.fallback is not None:
             found, _ = self.fallback(hierarchy)
-            if found.claimed and found.certified():
+            if found.claimed and found.kkt_met():
                 iterations = resolution.iterations + found.iterations
-                proven = Resolution(
+                taken = Resolution(
                     hierarchy, found.answer, found.state, Status.SOLVED, iterations, TickReview
                 )
-                note = f"The active-set search found no proof; {self.fallback.name} found the optimum."
-                return proven.replaced(notes=(note,), fallback=self.fallback.name)
+                note = f"The active-set search found no optimum; {self.fallback.name} found the optimum."
+                return taken.replaced(notes=(note,), fallback=self.fallback.name)
         return resolution.replaced(status)
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:

@@ -24,7 +24,7 @@ from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import BROKEN_LIMIT, GAP_NOISE, LIMITS_AGREE, PROVEN, RELAXATION_ROOM
+from taskopt.hierarchy.tolerances import BROKEN_LIMIT, GAP_NOISE, KKT_MET, LIMITS_AGREE, RELAXATION_ROOM
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.base import Memory, Resolver, answered
 
@@ -183,7 +183,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
     """
     resolution = answer[0]
     broken = resolution.certificate.broken_limit
-    if not resolution.claimed or broken <= PROVEN or limits_agree(resolution.problem):
+    if not resolution.claimed or broken <= KKT_MET or limits_agree(resolution.problem):
         return answer
     return no_answer(resolution.source, Status.INFEASIBLE, resolution.iterations)
 

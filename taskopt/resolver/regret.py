@@ -32,13 +32,13 @@ def regret(hierarchy: Hierarchy, x: ArrayLike) -> Array:
     Raises:
         InvalidValue: x is not an array of n finite numbers.
         Infeasible: The hard limits contradict each other.
-        NotSolved: The optimum could not be proven.
+        NotSolved: No optimum was found.
     """
     x = finite("x", x, (hierarchy.n,))
     best = ActiveSetWithFallback()(hierarchy)[0]
     if best.status is Status.INFEASIBLE:
         raise Infeasible(f"no level has an optimum: {find_conflict(hierarchy)}", hierarchy.copy())
-    if not best.certified():
+    if not best.claimed:
         raise NotSolved(f"no regret without the optimum: {best.certificate}", best)
     return level_residuals(hierarchy, x) - level_residuals(hierarchy, best.x)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import Verdict, judge
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Resolver, checked, missing_parts, require_answer
@@ -15,7 +16,7 @@ def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 2
 
     - It has all parts of the protocol, and returns a `Resolution` and a `Memory`.
     - If no inequality is active, its answer is its own closed-form answer.
-    - If it claims an optimum, our certificate proves the answer, and the hard limits hold.
+    - If it claims an optimum, its KKT residuals are small, the hard limits hold, and it is not refuted.
     - If it is strict, a lower level never makes a higher one worse.
     - It does not change the hierarchy, and its answer does not change when the hierarchy changes afterwards.
     - The memory that it returns fits the problem that is answered, is accepted again, and leads to the same
@@ -27,8 +28,7 @@ def check_resolver(resolver: Resolver, *, accuracy: float = 1e-6, count: int = 2
 
     Args:
         resolver: The resolver.
-        accuracy: Largest error of x, relative to max(1, |x|), and largest residual of the certificate that
-            are accepted.
+        accuracy: Largest error of x, relative to max(1, |x|), and largest KKT residual that are accepted.
         count: Number of random hierarchies.
         seed: Seed of the first hierarchy; the others follow.
 
@@ -115,11 +115,14 @@ def _check_closed_form(resolver: Resolver, seed: int, accuracy: float) -> bool:
 
 
 def _check_claim(resolution: Resolution, accuracy: float, where: str) -> None:
-    """Require that a claimed optimum is proven, and that hard limits hold."""
+    """Require that a claimed optimum meets its KKT conditions and hard limits, and is not refuted."""
     require(resolution.claimed, f"{resolution.status.name} of {where}, which has an optimum")
     certificate = resolution.certificate
-    sentence = f"the claimed optimum of {where} is not proven: {certificate}, more than {accuracy:.1e}"
-    require(certificate.proves(accuracy), sentence)
+    sentence = f"the claimed optimum of {where} is none: {certificate}, more than {accuracy:.1e}"
+    require(certificate.kkt_met(accuracy), sentence)
+    judgement = judge(resolution.problem, resolution.x, resolution.state, accuracy=accuracy)
+    sentence = f"the claimed optimum of {where} is refuted: {judgement.reason}"
+    require(judgement.verdict is not Verdict.REFUTED, sentence)
 
 
 def _check_memory(resolver: Resolver, hierarchy: Hierarchy, accuracy: float, seed: int) -> None:

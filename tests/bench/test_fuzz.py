@@ -33,7 +33,7 @@ def test_every_answer_is_proven_or_reported_and_keeps_every_limit(name: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("fault", "figure"), [("x", "unproven"), ("velocity", "velocity"), ("position", "position")]
+    ("fault", "figure"), [("x", "missed"), ("velocity", "velocity"), ("position", "position")]
 )
 def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault: str, figure: str) -> None:
     """An x that is off by 1e-6, a velocity above its limit, a joint outside its range."""
@@ -85,7 +85,7 @@ def test_answers_of_a_fallback_are_counted(tmp_path: Path) -> None:
     tally = Tally("planar", ticks=1)
     for answer in (resolution, resolution.replaced(fallback="hqp/daqp")):
         _judge(tally, answer, Configuration(arm, np.zeros(2)), [], tmp_path)
-    assert (tally.fallbacks, tally.unproven) == (1, 0)
+    assert (tally.fallbacks, tally.missed) == (1, 0)
     console = Console(width=120, record=True, file=StringIO())
     console.print(table([tally]))
     text = console.export_text()

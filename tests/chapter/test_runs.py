@@ -248,7 +248,7 @@ def test_the_qp_keeps_the_limits_that_the_formula_breaks(name: str) -> None:
         limited = Stack(scenario.stack.levels, [JointVelocityLimit(velocity=2.0)])
         scenario = replace(scenario, stack=limited)
     steps = list(run(scenario, resolver("active-set")))
-    assert all(step.resolution.certified() for step in steps)
+    assert all(step.resolution.kkt_met() for step in steps)
     assert (np.abs([step.v for step in steps]).max(axis=0) <= largest * (1.0 + 1e-9)).all()
     assert (np.abs(paths(name, "pinv")[1]).max(axis=0) > largest).any()
 

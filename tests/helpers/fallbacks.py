@@ -23,4 +23,4 @@ def forbidden_fallback(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(Resolution, "replaced", recorded)
     yield
     if names:
-        pytest.fail(f"the active set found no proof {len(names)} times; {names[0]} answered")
+        pytest.fail(f"the active set found no optimum {len(names)} times; {names[0]} answered")

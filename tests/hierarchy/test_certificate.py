@@ -46,10 +46,10 @@ def test_any_other_point_is_refused(seed):
     """Moved by 1e-3 in any direction, an optimum is no longer proven by its multipliers."""
     hierarchy = random_hierarchy(seed)
     resolution, _ = ActiveSet()(hierarchy)
-    assert resolution.certified()
+    assert resolution.kkt_met()
     direction = np.random.default_rng(seed).standard_normal(hierarchy.n)
     moved = resolution.x + 1e-3 * direction / np.linalg.norm(direction)
-    assert not certify(hierarchy, moved, resolution.multipliers).proves()
+    assert not certify(hierarchy, moved, resolution.multipliers).kkt_met()
 
 
 @given(SEEDS)
@@ -67,7 +67,7 @@ def test_a_wrong_sign_of_any_multiplier_is_caught(seed):
         if abs(multipliers[level]) > 1e-6 and not own:
             wrong = resolution.multipliers.copy()
             wrong[level, column] *= -1.0
-            assert not certify(hierarchy, resolution.x, wrong).proves()
+            assert not certify(hierarchy, resolution.x, wrong).kkt_met()
 
 
 def test_a_row_that_was_needed_by_an_earlier_level_may_pull_either_way_later():
@@ -75,14 +75,14 @@ def test_a_row_that_was_needed_by_an_earlier_level_may_pull_either_way_later():
     hierarchy = Hierarchy([Level([[1.0]], [2.0]), Level([[1.0]], [0.0])], box=([-5.0], [1.0]))
     x = np.array([1.0])
     multipliers = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, -1.0, 0.0]])
-    assert certify(hierarchy, x, multipliers).proves()
+    assert certify(hierarchy, x, multipliers).kkt_met()
 
 
 def test_levels_in_the_wrong_order_are_refused():
     """The optimum of the swapped hierarchy is not proven for this one by any sign of multipliers."""
     first, second = Level([[1.0, 0.0]], [1.0]), Level([[1.0, 0.0]], [0.0])
     answer, _ = ActiveSet()(Hierarchy([second, first]))
-    assert not certify(Hierarchy([first, second]), answer.x, answer.multipliers).proves()
+    assert not certify(Hierarchy([first, second]), answer.x, answer.multipliers).kkt_met()
 
 
 def test_multipliers_that_cancel_prove_nothing():
@@ -93,7 +93,7 @@ def test_multipliers_that_cancel_prove_nothing():
     multipliers[2:, 2], multipliers[2:, 3] = 1e12, -1e12
     multipliers[3, 4] = -0.5
     certificate = certify(hierarchy, np.array([0.0, 0.5]), multipliers)
-    assert not certificate.proves()
+    assert not certificate.kkt_met()
     assert certificate.worst_name == "stationarity of level 3"
 
 
@@ -101,8 +101,8 @@ def test_multipliers_that_cancel_prove_nothing():
 def test_a_lie_is_one_in_any_unit(unit):
     """Rows in other units make gradients small or large; x₀ = 0.2 where 1 is wanted is wrong in all."""
     hierarchy = Hierarchy([Level([[unit, 0.0]], [unit]), Level([[0.0, 1.0]], [1.0])])
-    assert not certify_velocity(hierarchy, [0.2, 1.0]).proves()
-    assert certify_velocity(hierarchy, [1.0, 1.0]).proves()
+    assert not certify_velocity(hierarchy, [0.2, 1.0]).kkt_met()
+    assert certify_velocity(hierarchy, [1.0, 1.0]).kkt_met()
 
 
 def test_not_a_number_is_never_a_proof():
@@ -119,7 +119,7 @@ def test_a_small_multiplier_of_the_right_sign_frees_the_sign_of_its_bound(small,
     hierarchy = Hierarchy([Level([[1.0]], [1.0 + small]), Level([[1.0]], [0.0])], box=([-5.0], [1.0]))
     pull = 1.0 + small - 1.0 + error  # without the error, what is left of `small` in double precision
     multipliers = np.array([[pull, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    assert certify(hierarchy, np.array([1.0]), multipliers).proves()
+    assert certify(hierarchy, np.array([1.0]), multipliers).kkt_met()
 
 
 @pytest.mark.parametrize("small", [1e-5, 1e-11])
@@ -129,7 +129,7 @@ def test_a_small_violation_frees_the_sign_of_its_row(small):
     hierarchy = Hierarchy([level, Level([[1.0]], [3.0])])
     multipliers = np.zeros((3, 4))
     multipliers[1, 2] = 3.0  # upward, from the row that is violated at its lower bound
-    assert certify(hierarchy, np.zeros(1), multipliers).proves()
+    assert certify(hierarchy, np.zeros(1), multipliers).kkt_met()
 
 
 def lie_of_the_second_level(noise: float, limit: float) -> Certificate:
@@ -153,7 +153,7 @@ def test_a_multiplier_that_vanishes_in_rounding_frees_no_sign():
     certificate = lie_of_the_second_level(noise=5e-17, limit=1.0)
     assert certificate.residuals[0].max() < 1e-16
     assert certificate.worst_name == "dual of level 2"
-    assert not certificate.proves()
+    assert not certificate.kkt_met()
 
 
 def test_a_multiplier_no_larger_than_the_stationarity_left_over_frees_no_sign():
@@ -161,7 +161,7 @@ def test_a_multiplier_no_larger_than_the_stationarity_left_over_frees_no_sign():
     certificate = lie_of_the_second_level(noise=1e-12, limit=0.0)
     assert certificate.residuals[0].max() < 1e-11
     assert certificate.worst_name == "dual of level 2"
-    assert not certificate.proves()
+    assert not certificate.kkt_met()
 
 
 def test_a_multiplier_of_the_wrong_sign_frees_no_sign():
@@ -181,7 +181,7 @@ def test_a_violation_is_relative_to_the_largest_term_of_its_row(size, excess):
     certificate = certify(Hierarchy([Level(np.eye(2), x)], limits=limits), x, np.zeros((2, 5)))
     np.testing.assert_allclose(certificate.residuals[:, RESIDUALS.index("primal")], excess, rtol=1e-6)
     assert certificate.broken_limit == certificate.residuals[0, RESIDUALS.index("primal")]
-    assert not certificate.proves()
+    assert not certificate.kkt_met()
 
 
 @pytest.mark.parametrize("x", [0.0, 0.25, -40.0])
@@ -201,9 +201,9 @@ def test_a_violation_of_a_row_with_small_terms_is_relative_to_its_norm(x):
 def test_a_proof_is_exactly_as_good_as_the_tolerance():
     """A residual of 1e-8 is a proof, the next larger number is none."""
     residuals = np.full((1, 4), 1e-8)
-    assert Certificate(residuals).proves()
-    assert not Certificate(np.nextafter(residuals, 1.0)).proves()
-    assert Certificate(residuals * 10.0).proves(1e-6)
+    assert Certificate(residuals).kkt_met()
+    assert not Certificate(np.nextafter(residuals, 1.0)).kkt_met()
+    assert Certificate(residuals * 10.0).kkt_met(1e-6)
 
 
 def test_a_small_product_hides_no_complementarity():
@@ -251,7 +251,7 @@ def test_a_certificate_has_an_error_bound_and_a_verdict():
     hierarchy = Hierarchy([Level([[1e4, 0.0], [0.0, 1e-4]], [1e4, 1e-4])])
     x = np.array([1.0, 0.5])
     certificate = certify_velocity(hierarchy, x)
-    assert certificate.proves()
+    assert certificate.kkt_met()
     assert certificate.verdict is Verdict.REFUTED
     np.testing.assert_allclose(certificate.error_bound, [0.0, 0.5], atol=1e-15)
     resolution, _ = ActiveSet()(hierarchy)

@@ -9,7 +9,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.certificate import certify
 from taskopt.hierarchy.multipliers import certify_velocity, find_multipliers
 from taskopt.hierarchy.problem import Hierarchy, Level
-from taskopt.hierarchy.tolerances import AT_BOUND, PROVEN
+from taskopt.hierarchy.tolerances import AT_BOUND, KKT_MET
 from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -27,7 +27,7 @@ def test_no_multipliers_can_be_found_for_a_wrong_x(seed: int) -> None:
     """1e-4 away from the optimum there is no proof to be had."""
     hierarchy = random_hierarchy(seed)
     away = 1e-4 * np.random.default_rng(seed).normal(size=hierarchy.n)
-    assert not certify_velocity(hierarchy, lexicographic_optimum(hierarchy) + away).proves()
+    assert not certify_velocity(hierarchy, lexicographic_optimum(hierarchy) + away).kkt_met()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -42,7 +42,7 @@ def test_a_flipped_multiplier_of_a_limit_is_refused(kind: str) -> None:
         if abs(y[level, column]) > 1e-3:
             y[level, column] *= -1.0
             flipped += 1
-            assert not certify(hierarchy, x, y).proves()
+            assert not certify(hierarchy, x, y).kkt_met()
     assert flipped > 10
 
 
@@ -67,18 +67,18 @@ def test_rows_that_agree_but_for_noise_take_no_huge_multipliers() -> None:
         x = row / (row @ row)
         lie = x + 0.1 * np.linalg.svd([row])[2][-1]
         assert np.abs(find_multipliers(hierarchy, lie)).max() < 1e3
-        assert not certify_velocity(hierarchy, lie).proves()
+        assert not certify_velocity(hierarchy, lie).kkt_met()
 
 
 def test_only_the_bound_that_is_met_has_a_price() -> None:
     """x ≤ ½ + 5e-8 beside x ≤ ½: the first could take the multiplier, and the certificate refuses it."""
-    assert AT_BOUND <= PROVEN
+    assert AT_BOUND <= KKT_MET
     near = Hierarchy([Level([[1.0]], [2.0])], box=([-1.0], [0.5 + 5e-8]), limits=Level([[1.0]], upper=[0.5]))
     y = find_multipliers(near, np.array([0.5]))
     np.testing.assert_allclose(y[0, :2], [0.0, 1.5], atol=1e-12)
-    assert certify_velocity(near, [0.5]).proves()
+    assert certify_velocity(near, [0.5]).kkt_met()
     y[:, [0, 1]] = y[:, [1, 0]]
-    assert not certify(near, np.array([0.5]), y).proves()
+    assert not certify(near, np.array([0.5]), y).kkt_met()
 
 
 def test_arrays_that_are_no_velocity_are_refused() -> None:
@@ -95,14 +95,14 @@ def test_a_violated_row_takes_either_sign() -> None:
     levels = [Level([[1.0]], upper=[1.0 - 1e-7]), Level([[1.0]], [5.0])]
     hierarchy = Hierarchy(levels, box=([1.0], [9.0]))
     assert find_multipliers(hierarchy, np.ones(1))[1, 1] == pytest.approx(4.0)
-    assert certify_velocity(hierarchy, [1.0]).proves()
+    assert certify_velocity(hierarchy, [1.0]).kkt_met()
 
 
 def test_noise_of_a_solver_is_no_violation() -> None:
     """x₀ ≤ x₁ is missed by 1e-10; were its sign free, the fit would find a multiplier of the wrong sign."""
     levels = [Level([[1.0, -1.0]], upper=[0.0]), Level(np.eye(2), [2.0, 3.0])]
     hierarchy = Hierarchy(levels, box=([-9.0, -9.0], [1.0, 1.0]))
-    assert certify_velocity(hierarchy, [1.0, 1.0 - 1e-10]).proves()
+    assert certify_velocity(hierarchy, [1.0, 1.0 - 1e-10]).kkt_met()
 
 
 @pytest.mark.parametrize("distance", [1e-9, -1e-9])
@@ -110,14 +110,14 @@ def test_a_bound_that_a_solver_meets_to_1e_9_takes_its_multiplier(distance: floa
     """x ≤ 1 stops x = 3, with the multiplier 2."""
     hierarchy = Hierarchy([Level([[1.0]], [3.0])], box=([-5.0], [1.0]))
     assert find_multipliers(hierarchy, np.array([1.0 + distance]))[0, 0] == pytest.approx(2.0)
-    assert certify_velocity(hierarchy, [1.0 + distance]).proves()
+    assert certify_velocity(hierarchy, [1.0 + distance]).kkt_met()
 
 
 def test_small_units_take_small_multipliers() -> None:
     """1e-6 x = 2e-6 inside x ≤ 1 has the gradient −1e-12, and x = 1 is its optimum all the same."""
     hierarchy = Hierarchy([Level([[1e-6]], [2e-6])], box=([-5.0], [1.0]))
     assert find_multipliers(hierarchy, np.ones(1))[0, 0] == pytest.approx(1e-12)
-    assert certify_velocity(hierarchy, [1.0]).proves()
+    assert certify_velocity(hierarchy, [1.0]).kkt_met()
 
 
 def test_rounding_takes_no_multipliers() -> None:
@@ -169,7 +169,7 @@ def test_a_violated_hard_row_keeps_its_sign() -> None:
 def test_bounds_and_violations_are_relative_to_the_largest_term(size: float) -> None:
     """In µm as in m: a bound met to 1e-9 takes its multiplier, a row missed by 1e-10 stays one-sided."""
     bounded = Hierarchy([Level([[1.0]], [3.0 * size])], box=([-5.0 * size], [size]))
-    assert certify_velocity(bounded, [size * (1.0 - 1e-9)]).proves()
+    assert certify_velocity(bounded, [size * (1.0 - 1e-9)]).kkt_met()
     levels = [Level([[1.0, -1.0]], upper=[0.0]), Level(np.eye(2), [2.0 * size, 3.0 * size])]
     hierarchy = Hierarchy(levels, box=([-9.0 * size] * 2, [size] * 2))
-    assert certify_velocity(hierarchy, [size, size * (1.0 - 1e-10)]).proves()
+    assert certify_velocity(hierarchy, [size, size * (1.0 - 1e-10)]).kkt_met()

@@ -14,8 +14,8 @@ def test_a_residual_of_two_tolerances_is_no_proof(kind: int) -> None:
     """Any one residual above the tolerance refuses the proof, and one below it does not."""
     residuals = np.zeros((2, 4))
     residuals[1, kind] = 2e-8
-    assert not Certificate(residuals).proves()
-    assert Certificate(0.25 * residuals).proves()
+    assert not Certificate(residuals).kkt_met()
+    assert Certificate(0.25 * residuals).kkt_met()
 
 
 def test_a_hard_row_of_nan_is_no_proof() -> None:
@@ -36,7 +36,7 @@ def test_a_multiplier_of_the_wrong_sign_frees_no_sign() -> None:
     y[0, 2] = -5e-9
     y[1, 2:4] = -140.0, 140.0
     y[2, 3:5] = -5e-9, -7.0
-    assert not certify(hierarchy, np.array([5e-9, 7.0]), y).proves()
+    assert not certify(hierarchy, np.array([5e-9, 7.0]), y).kkt_met()
 
 
 def test_a_symptom_of_few_changes_is_no_cause() -> None:

@@ -74,7 +74,7 @@ def ours(at, level, limits=(), above=None, last=None):
     if last is not None:
         plan.moved(last)
     answer = resolve(plan.at(at.q, 0.0))
-    assert answer.certified()
+    assert answer.kkt_met()
     return answer
 
 

@@ -131,7 +131,7 @@ def test_what_may_not_be_sent_to_a_robot_ends_the_run(fault: Faulty, words: list
     assert all(word in str(caught.value) for word in [*words, "t = 0 s"]), str(caught.value)
     assert isinstance(caught.value.resolution, Resolution)
     again, _ = ActiveSet()(caught.value.resolution.problem)
-    assert again.certified()
+    assert again.kkt_met()
 
 
 def test_nothing_binds_exactly_where_the_closed_form_keeps_all_limits() -> None:

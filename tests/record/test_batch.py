@@ -16,8 +16,9 @@ def test_columns_are_the_steps_stacked(steps, name):
         np.testing.assert_array_equal(batch.v[k], step.v)
         assert (batch.index[k], batch.t[k], batch.seconds[k]) == (step.index, step.t, step.seconds)
         assert batch.closed_form_distance[k] == step.closed_form_distance
-        assert batch.certificate[k] == step.resolution.certificate.worst
-        assert batch.certified[k] == step.resolution.certified()
+        assert batch.kkt_residual[k] == step.resolution.certificate.worst
+        assert batch.verdicts[k] is step.resolution.certificate.verdict
+        np.testing.assert_array_equal(batch.error_bound[k], step.resolution.certificate.error_bound)
 
 
 @pytest.mark.parametrize("name", ["active-set", "wqp/daqp"])

@@ -38,10 +38,11 @@ def test_the_table_is_the_run(folder, steps):
         assert row["v"] == step.v.tolist()
         assert row["error/tip position"] == step.errors["tip position"].tolist()
         assert row["claimed"] == step.resolution.claimed
-        assert row["certified"] == step.resolution.certified()
+        assert row["verdict"] == step.resolution.certificate.verdict.name
+        assert row["error_bound"] == step.resolution.certificate.error_bound.tolist()
+        assert row["kkt_residual"] == step.resolution.certificate.worst
         assert row["nothing_binds"] == step.nothing_binds
         assert row["status"] == step.resolution.status.name
-        assert row["accurate"] == step.resolution.accurate
         assert row["causes"] == [str(cause) for cause in step.resolution.review.causes]
         assert row["ranks"] == [level.rank for level in step.resolution.review.levels]
         assert row["seconds"] == step.seconds

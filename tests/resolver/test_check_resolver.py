@@ -132,7 +132,7 @@ class Blind(Own):
     ("lie", "sentence"),
     [
         (Scaled(), "from its closed form"),
-        (Unproven(), "is not proven"),
+        (Unproven(), "is none: worst residual"),
         (Weighted(), "more with one level below it"),
         (Scribbling(), "changed hierarchy"),
         (Referring(), "refers to the arrays"),
@@ -244,8 +244,8 @@ def test_a_fallback_is_named_in_the_answer_and_can_be_switched_off() -> None:
     assert exact.fallback is None
     answer, _ = ActiveSetWithFallback(Lost())(hierarchy)
     assert answer.fallback == "hqp/daqp"
-    assert "found no proof; hqp/daqp" in answer.notes[0]
-    assert answer.certified()
+    assert "found no optimum; hqp/daqp" in answer.notes[0]
+    assert answer.kkt_met()
     np.testing.assert_allclose(answer.x, exact.x, atol=1e-9)
     alone, _ = ActiveSetWithFallback(Lost(), fallback=None)(hierarchy)
     assert alone.status is Status.FAILED
@@ -265,7 +265,7 @@ def test_a_contradiction_that_phase_one_does_not_find_is_no_answer() -> None:
     hierarchy = random_hierarchy(3)
     answer, _ = ActiveSetWithFallback(Contradicted())(hierarchy)
     assert answer.fallback == "hqp/daqp"
-    assert answer.certified()
+    assert answer.kkt_met()
     alone, _ = ActiveSetWithFallback(Contradicted(), fallback=None)(hierarchy)
     assert alone.status is Status.FAILED
 

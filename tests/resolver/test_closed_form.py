@@ -252,7 +252,7 @@ def test_a_closed_form_claims_nothing() -> None:
     assert resolution.status is Status.FORMULA
     assert not resolution.claimed
     assert resolution.x[0] == pytest.approx(2.0)
-    assert not resolution.certified()
+    assert not resolution.kkt_met()
 
 
 @pytest.mark.parametrize("formula", [PseudoInverse(), DampedLeastSquares()])

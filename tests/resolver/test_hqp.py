@@ -25,7 +25,7 @@ def errors(name: str, seeds: range) -> tuple[Array, Array, list[int]]:
         resolution, _ = resolve(hierarchy)
         raw.append(float(np.abs(resolution.x - exact).max()))
         polished.append(float(np.abs(polish(resolution).x - exact).max()))
-        if not raw[-1] < 1e-5 and resolution.certified():
+        if not raw[-1] < 1e-5 and resolution.kkt_met():
             lies.append(seed)
     return np.array(raw), np.array(polished), lies
 
@@ -83,7 +83,7 @@ def test_large_saturated_hierarchies_are_claimed_and_proven(name: str) -> None:
         hierarchy = large(seed)
         resolution, _ = HierarchicalQP(name)(hierarchy)
         assert resolution.claimed
-        assert resolution.certified()
+        assert resolution.kkt_met()
         assert (np.abs(resolution.x) <= hierarchy.box_upper + 1e-9).all()
 
 
@@ -105,7 +105,7 @@ def test_where_nothing_binds_the_raw_answer_is_the_closed_form(name: str, smalle
         hierarchy = redundant(seed, smallest)
         resolution, _ = HierarchicalQP(name)(hierarchy)
         expected = task_priority(hierarchy)
-        assert resolution.certified()
+        assert resolution.kkt_met()
         assert np.abs(resolution.x - expected).max() < 1e-9 * np.abs(expected).max()
 
 
@@ -116,7 +116,7 @@ def test_answers_stay_inside_limits_that_bind_and_are_proven(name: str) -> None:
     for seed in range(10):
         resolution, _ = HierarchicalQP(name)(redundant(seed, 0.1, reach=0.5))
         assert np.abs(resolution.x).max() < 0.5 + 1e-9
-        assert resolution.certified()
+        assert resolution.kkt_met()
         bound += bool(resolution.active)
     assert bound >= 8
 
@@ -167,7 +167,7 @@ def test_limits_that_contradict_give_no_velocity(name: str) -> None:
     resolution, _ = HierarchicalQP(name)(hierarchy)
     assert resolution.status in (Status.INFEASIBLE, Status.FAILED, Status.ITERATION_LIMIT)
     assert np.isnan(resolution.x).all()
-    assert not resolution.certified()
+    assert not resolution.kkt_met()
 
 
 def test_all_unknowns_fixed_leaves_one_answer() -> None:
@@ -176,7 +176,7 @@ def test_all_unknowns_fixed_leaves_one_answer() -> None:
     hierarchy = Hierarchy([Level([[1.0, 1.0]], [3.0])], box=fixed)
     resolution, _ = HierarchicalQP("daqp")(hierarchy)
     np.testing.assert_allclose(resolution.x, [0.5, -0.5], atol=1e-14)
-    assert resolution.certified()
+    assert resolution.kkt_met()
     clash = Hierarchy([Level([[1.0, 1.0]], [3.0])], box=fixed, limits=Level([[1.0, 1.0]], lower=[1.0]))
     assert HierarchicalQP("daqp")(clash)[0].status is Status.INFEASIBLE
 
@@ -186,7 +186,7 @@ def test_no_levels_is_the_least_norm_inside_the_limits() -> None:
     hierarchy = Hierarchy([], box=(-np.ones(2), np.ones(2)), limits=Level([[1.0, 1.0]], lower=[1.0]))
     resolution, _ = HierarchicalQP("daqp")(hierarchy)
     np.testing.assert_allclose(resolution.x, [0.5, 0.5], atol=1e-10)
-    assert resolution.certified()
+    assert resolution.kkt_met()
 
 
 def test_a_full_norm_decides_what_stays_free() -> None:
@@ -196,7 +196,7 @@ def test_a_full_norm_decides_what_stays_free() -> None:
     resolution, _ = HierarchicalQP("daqp")(hierarchy)
     inverse = np.linalg.solve(W, np.ones(2))
     np.testing.assert_allclose(resolution.x, inverse / inverse.sum(), atol=1e-12)
-    assert resolution.certified()
+    assert resolution.kkt_met()
 
 
 @pytest.mark.parametrize("name", SOLVERS)
@@ -205,7 +205,7 @@ def test_a_satisfied_row_of_a_level_that_cannot_be_met_still_binds_below(name: s
     levels = [Level(np.eye(2), upper=[-1.0, 1.0]), Level(np.eye(2), [5.0, 5.0])]
     resolution, _ = HierarchicalQP(name)(Hierarchy(levels, box=([-0.5, -9.0], [0.5, 9.0])))
     np.testing.assert_allclose(resolution.x, [-0.5, 1.0], atol=1e-9)
-    assert resolution.certified()
+    assert resolution.kkt_met()
 
 
 def tight(seed: int) -> Hierarchy:
@@ -226,16 +226,16 @@ def tight(seed: int) -> Hierarchy:
 def test_proximal_steps_are_tried_again_with_a_stronger_pull(name: str, seed: int) -> None:
     """With the weakest pull alone the solver gives up on these two, or is off by 5e-6."""
     resolution, _ = HierarchicalQP(name)(tight(seed))
-    assert resolution.certified()
-    assert resolution.solved
+    assert resolution.kkt_met()
+    assert resolution.proven
 
 
 @pytest.mark.parametrize(("name", "seed"), [("daqp", 85), ("quadprog", 2)])
 def test_rows_that_hold_a_level_back_are_frozen_and_the_others_clipped(name: str, seed: int) -> None:
     """Without either, the next program has no feasible point but for rounding, and a level stays unserved."""
     resolution, _ = HierarchicalQP(name)(tight(seed))
-    assert resolution.certified()
-    assert resolution.solved
+    assert resolution.kkt_met()
+    assert resolution.proven
 
 
 @pytest.mark.parametrize(("gap", "status"), [(1e-8, Status.INFEASIBLE), (1e-10, Status.SOLVED)])

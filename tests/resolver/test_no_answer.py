@@ -40,7 +40,7 @@ def test_limits_that_contradict_are_infeasible_whoever_was_asked(name: str, gap:
     assert not limits_agree(hierarchy)
     answer = resolve(hierarchy, name)
     assert answer.status is Status.INFEASIBLE
-    assert not answer.certified()
+    assert not answer.kkt_met()
 
 
 def claimed(hierarchy: Hierarchy, x: float) -> tuple[Resolution, Memory]:
@@ -64,4 +64,4 @@ def test_a_claim_is_returned_as_it_is_where_limits_hold_or_can_hold() -> None:
     for x in (1.0, 1.2):
         answer = claimed(hierarchy, x)
         assert refuse_broken_claim(answer) is answer
-    assert not claimed(hierarchy, 1.2)[0].certified()
+    assert not claimed(hierarchy, 1.2)[0].kkt_met()

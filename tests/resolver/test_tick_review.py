@@ -5,6 +5,7 @@ import pytest
 
 from taskopt.hierarchy.damping import Chiaverini
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import Verdict
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInverse
@@ -42,7 +43,8 @@ def test_the_error_is_that_to_the_exact_optimum(name: str) -> None:
             continue
         exact = lexicographic_optimum(resolution.problem)
         off = np.abs(resolution.x - exact).max() / max(1e-6, np.abs(exact).max())
-        assert resolution.accurate is bool(off <= 1e-8) or 0.99e-8 < off < 1.01e-8
+        error = np.nan if resolution.review is None else resolution.review.error
+        assert (error <= 1e-8) is bool(off <= 1e-8) or 0.99e-8 < off < 1.01e-8
 
 
 @pytest.mark.parametrize("name", SOLVING)
@@ -71,8 +73,7 @@ def test_an_answer_that_is_off_blames_the_solver() -> None:
     answer = honest.answer.copy()
     answer[2] += 1e-6
     lie = Resolution(honest.source, answer, honest.state, honest.status, 0, TickReview)
-    assert not lie.accurate
-    assert not lie.solved
+    assert lie.certificate.verdict is Verdict.REFUTED
     assert kinds(lie) == {"accuracy"}
     assert lie.review is not None
     assert lie.review.error == pytest.approx(1e-6 / np.abs(honest.x).max(), rel=1e-3)
@@ -97,12 +98,12 @@ def test_a_formula_that_solves_nothing_is_blamed_itself() -> None:
 
 
 def test_a_closed_form_is_its_own_measure() -> None:
-    """It has no error, no cause, and is never called solved; brakes aim at no optimum at all."""
+    """It has no error, no cause, and claims nothing; brakes aim at no optimum at all."""
     formula, _ = PseudoInverse()(stack(0.5))
     assert formula.review is not None
     assert np.isnan(formula.review.error)
     assert formula.review.difference == 0.0
-    assert not formula.solved
+    assert not formula.claimed
     assert kinds(formula) == set()
     braked = formula.replaced(Status.BRAKED)
     assert braked.review is not None
@@ -110,10 +111,10 @@ def test_a_closed_form_is_its_own_measure() -> None:
 
 
 def test_a_resolution_without_a_reviewer_says_what_it_knows() -> None:
-    """No second look, no claim about accuracy; the rest is told as ever."""
+    """No ranks, no closed form; the rest is told as ever."""
     honest = resolve(stack(0.5), "hqp/daqp")
     bare = Resolution(honest.source, honest.answer, honest.state, honest.status)
     assert bare.review is None
-    assert not bare.accurate
+    assert bare.proven
     assert "Held back by:" in bare.explain()
     assert "Closed form" not in bare.explain()

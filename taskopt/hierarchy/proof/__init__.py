@@ -3,6 +3,7 @@
 `docs/certificate.md` states and proves the theorem, and derives the rounding constants.
 """
 
+from taskopt.hierarchy.proof.judgement import UNDECIDED as UNDECIDED
 from taskopt.hierarchy.proof.judgement import Judgement as Judgement
 from taskopt.hierarchy.proof.judgement import Verdict as Verdict
 from taskopt.hierarchy.proof.judging import judge as judge

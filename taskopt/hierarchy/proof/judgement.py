@@ -15,6 +15,10 @@ class Verdict(Enum):
     UNDECIDED = "double precision cannot tell"
 
 
+UNDECIDED = (Verdict.UNDECIDED, Verdict.PROVEN_IF)
+"""Verdicts that count as undecided: what is proven on a condition is not proven."""
+
+
 @dataclass(frozen=True, eq=False)
 class Judgement:
     """The judgement of an answer x.

@@ -179,8 +179,12 @@ def _objectives(info: RunInfo) -> list[View]:
 
 
 def _proofs(info: RunInfo) -> list[View]:
-    """Plot the certificates, and the distances to the closed-form answers."""
-    paths = [*(data_path(name, "certificate") for name in info.resolvers), PROOF]
-    certificate = _plot("Proof, log10 of the worst KKT residual", paths)
+    """Plot the error bounds, the KKT residuals, and the distances to the closed-form answers."""
+    bounds = [*(data_path(name, "error_bound") for name in info.resolvers), PROOF]
+    residuals = [data_path(name, "kkt_residual") for name in info.resolvers]
     distances = [closed_form_path(name) for name in info.resolvers]
-    return [certificate, _plot("Distance to the closed form, log10 [rad/s]", distances)]
+    return [
+        _plot("Proof, log10 of the error bound over max(1, |v|)", bounds),
+        _plot("KKT residual, log10 of the largest", residuals),
+        _plot("Distance to the closed form, log10 [rad/s]", distances),
+    ]

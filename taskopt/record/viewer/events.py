@@ -6,6 +6,7 @@ import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Mask
+from taskopt.hierarchy.proof import UNDECIDED, Verdict
 from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -21,6 +22,7 @@ _CAUSES = {  # limits are left out, since the active-set timeline shows them
     "formula": "its formula does not solve the problem",
     "accuracy": "its accuracy is less than was asked for",
 }
+_VERDICTS = {"refuted": ("ERROR", (Verdict.REFUTED,)), "undecided": ("WARN", UNDECIDED)}
 
 
 class Event(NamedTuple):
@@ -79,13 +81,21 @@ class Watcher:
         conditions["a joint is outside its position limits"] = "WARN", outside
         too_fast = self._gauge.velocity_violation(batch) > SHOWN_VIOLATION
         conditions["a joint is over its velocity limit"] = "WARN", too_fast
-        if batch.claimed.any():
-            unproven = batch.claimed & ~batch.certified
-            conditions["the resolver claims an optimum that is not proven"] = "ERROR", unproven
+        for words, (level, verdicts) in _VERDICTS.items():
+            found = [verdict in verdicts for verdict in batch.verdicts]
+            text = f"the resolver claims an optimum that is {words}"
+            last = self._last.get((batch.resolver, text), False)
+            conditions[text] = level, _kept(batch.claimed & found, batch.judged, last)
         for kind, text in _CAUSES.items():
             caused = np.array([any(cause.kind == kind for cause in tick) for tick in batch.causes])
             conditions[text] = "INFO", caused
         return conditions
+
+
+def _kept(flag: Mask, judged: Mask, last: bool) -> Mask:
+    """Return a flag that keeps its last judged value where an answer is not judged, (k,)."""
+    place = np.maximum.accumulate(np.where(judged, np.arange(len(flag)), -1))
+    return np.where(place >= 0, flag[place], last)
 
 
 def send_events(writer: RecordingWriter, batch: Batch, events: list[Event]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array, IntArray
-from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -50,11 +50,11 @@ class Plots:
         for index, name in enumerate(self._info.resolvers):
             self._draw_joints(writer, name)
             self._draw_tasks(writer, name, resolver_colour(index))
-            scalars = ("certificate", "timing", "position_violation")
+            scalars = ("error_bound", "kkt_residual", "timing", "position_violation")
             for path in (*(data_path(name, key) for key in scalars), closed_form_path(name)):
                 draw_lines(writer, path, [name], colours(resolver_colour(index)))
         draw_lines(writer, RANGE, ["lower limit", "upper limit"], colours(LIMIT_LINE, LIMIT_LINE))
-        draw_lines(writer, PROOF, ["a proof is below"], colours(LIMIT_LINE))
+        draw_lines(writer, PROOF, ["proven below"], colours(LIMIT_LINE))
 
     def send(self, writer: RecordingWriter, batch: Batch) -> None:
         """Append a batch to all plots of its resolver.
@@ -69,17 +69,18 @@ class Plots:
             "q_normalised": self._gauge.position_share(batch.q),
             "v_normalised": self._gauge.velocity_share(batch.v),
             "multiplier": self._multiplier_columns(batch),
-            "certificate": _log10(batch.certificate),
+            "kkt_residual": _log10(batch.kkt_residual),
             "timing": 1e6 * batch.seconds,
             "position_violation": self._gauge.position_violation(batch),
         }
         for key, rows in vectors.items():
             _send_rows(writer, data_path(batch.resolver, key), batch, rows)
         _send_rows(writer, closed_form_path(batch.resolver), batch, _log10(batch.closed_form_distance))
+        _send_bounds(writer, batch)
         self._send_errors(writer, batch)
         self._send_objectives(writer, batch)
         ends = np.unique([0, len(batch.index) - 1])
-        for path, level in ((RANGE, [-1.0, 1.0]), (PROOF, [np.log10(PROVEN)])):
+        for path, level in ((RANGE, [-1.0, 1.0]), (PROOF, [np.log10(ACCURACY)])):
             lines = rr.Scalars.columns(scalars=np.tile(level, (len(ends), 1)))
             writer.send_columns(path, batch.index[ends], batch.time[ends], lines)
 
@@ -178,6 +179,16 @@ def _send_rows(writer: RecordingWriter, path: str, batch: Batch, rows: Array) ->
     """Append one row of numbers for each tick of a batch; nothing is sent for rows of no numbers."""
     if rows.size:
         writer.send_columns(path, batch.index, batch.time, rr.Scalars.columns(scalars=rows))
+
+
+def _send_bounds(writer: RecordingWriter, batch: Batch) -> None:
+    """Append log10 of the largest error bound relative to max(1, |v|), at the ticks that are judged."""
+    ticks = np.flatnonzero(batch.judged)
+    if len(ticks):
+        bound = (batch.error_bound[ticks] / np.maximum(1.0, np.abs(batch.v[ticks]))).max(axis=1)
+        lines = rr.Scalars.columns(scalars=_log10(bound))
+        path = data_path(batch.resolver, "error_bound")
+        writer.send_columns(path, batch.index[ticks], batch.time[ticks], lines)
 
 
 def _log10(values: Array) -> Array:

@@ -65,6 +65,7 @@ class SummaryPanel:
 
     def _row(self, summary: Summary) -> str:
         """Write one line of the table of figures."""
+        judged = summary.judged
         figures = (
             summary.resolver,
             f"{1e3 * max(summary.tracking):.3g}" if self._tracks else "–",
@@ -72,8 +73,10 @@ class SummaryPanel:
             _violation(summary.velocity_violation),
             *(f"{1e3 * least:.3g}" for least in summary.least_distance.values()),
             _share(summary.ticks_active, summary.ticks),
-            f"{max(summary.certificates):.1e}",
-            _share(summary.certified, summary.ticks),
+            _share(summary.claimed, summary.ticks),
+            _share(judged.proven, judged.ticks),
+            _share(judged.refuted, judged.ticks),
+            _share(judged.undecided, judged.ticks),
             f"{1e6 * np.median(summary.seconds):.0f}",
         )
         return f"| {' | '.join(figures)} |"
@@ -92,7 +95,7 @@ class SummaryPanel:
 
 _HEADINGS = (
     "resolver", "max error [mm]", "over position [rad]", "over velocity [rad/s]",
-    "limit active", "worst KKT", "proven", "solve p50 [µs]",
+    "limit active", "claimed", "proven", "refuted", "undecided", "solve p50 [µs]",
 )  # fmt: skip
 _GUIDE = """### How to read it
 - White: the desired path and pose, and the box or cone that a task keeps a frame in. Coloured: the path of \
@@ -103,7 +106,10 @@ to read its axes.
 - q and v are scaled so that their limits are at ±1. In the active-set timeline a row is red while the upper \
 limit is active, blue while the lower one is, and yellow where an answer that knows no limits is beyond it.
 - Multiplier (price): what the limit costs the first level that it holds back; > 0 at an upper limit.
-- Proof: log10 of the worst KKT residual; below −8 the answer is certified to be the optimum.
+- Claimed: the resolver says that it has the optimum. Of the ticks that are judged: proven, if the error \
+bound of every velocity v is below 1e-8 · max(1, |v|); refuted, if one is certainly further off; else \
+undecided.
+- Proof: log10 of the largest error bound over max(1, |v|), at the ticks that are judged; proven below −8.
 """
 _DISTANCE_GUIDE = """- Two points joined by a line: the nearest points of a link and of what it must not \
 touch; red while the limit is active, yellow below the margin. The number is the least distance.
@@ -111,15 +117,18 @@ touch; red while the limit is active, yellow below the margin. The number is the
 
 
 def _active_lines(summary: Summary) -> list[str]:
-    """List the limits that were active most often, then jumps, alternating limits and conflicts."""
+    """List the limits that were active most often, what is proven, jumps, alternating limits, conflicts."""
     most = summary.active.most_common(_SHOWN)
     words = ", ".join(f"{limit} {_share(ticks, summary.ticks)}" for limit, ticks in most)
-    sentences = [f"    - {sentence}" for sentence in summary.continuity.sentences()]
+    told = [*summary.judged.sentences(summary.ticks), *summary.continuity.sentences()]
+    sentences = [f"    - {sentence}" for sentence in told]
     return [f"- **{summary.resolver}**: {words or 'none was ever active'}", *sentences]
 
 
 def _share(count: int, ticks: int) -> str:
-    """Write a share in per cent, with a decimal unless it is exactly none or all."""
+    """Write a share in per cent, with a decimal unless it is exactly none or all; a dash of no ticks."""
+    if not ticks:
+        return "–"
     return f"{100 * count / ticks:.0f} %" if count in (0, ticks) else f"{100 * count / ticks:.1f} %"
 
 

@@ -27,7 +27,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
         if it was not accepted:
             W, x, λ ← search(W)                                                  search.search
         residuals ← certificate of (x, λ) on the rows as declared                hierarchy.certificate
-        if they prove nothing: once more from the empty W, certify again                               [c]
+        if they are too large: once more from the empty W, certify again                               [c]
 
     search(W):                                                    E Sect. 5, Algorithm 6
         scale rows by √w and unknowns by √W                                      search._scaled
@@ -57,21 +57,21 @@ positive on its side. To drop several rows at once, or at a later level than the
 search cycle. Rows that depend on others of their level or before get the multiplier 0.
 
 Our own heuristics have no counterpart in E and D. A search in exact arithmetic on a problem without ties
-needs none of them, and none can make a wrong answer pass, since the certificate judges the result. The tests
+needs none of them, and none can make a wrong answer pass, since its KKT residuals are looked at. The tests
 in tests/resolver/active_set/test_heuristics.py that fail without one of them carry its letter ([a] is tested
 in test_resolver.py; [h] has no such test: of 3,000 hierarchies with nearly opposed rows, one ends elsewhere
 without it):
 
     [a] alternation      where ticks alternate between two working sets, start from the last but one
     [b] fast path        the closed form of `fast_path`, with four attempts and one refinement
-    [c] second start     a search that proves nothing is repeated from an empty working set
+    [c] second start     a search whose answer misses its KKT conditions is repeated from an empty working set
     [d] perturbation     bounds that tie are moved apart by SEARCH_PERTURBATION (Charnes 1952)
     [e] true bounds      the perturbation is taken out of the answer
     [f] joint start      all rows that the first point violates join W at once; E adds them one by one
     [g] lock             a row that was dropped and blocks the next step at once stays until x moves
     [h] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
     [i] other bound      a two-sided row that is dropped beyond its other bound is held there
-    [j] second proof     an x whose multipliers prove nothing is proven by multipliers found for it
+    [j] second fit       an x that misses its KKT conditions gets other multipliers, found for it
 
 Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `fast_path`, `linalg`, `tick`,
 `resolver`.

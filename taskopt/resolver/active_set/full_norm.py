@@ -15,7 +15,7 @@ from taskopt.hierarchy.layout import Block, Layout
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.base import Memory, answered, prove_again
+from taskopt.resolver.base import Memory, answered, fit_again
 from taskopt.resolver.tick_review import TickReview
 
 
@@ -64,8 +64,8 @@ def resolve_full_norm(
     x = np.clip(inverse @ answer.x, hierarchy.box_lower, hierarchy.box_upper)
     state = after.state[n:]
     claim, kept = answered(hierarchy, x, answer.multipliers[:, n:], state, answer.status, answer.iterations)
-    if claim.claimed and not claim.certified():
-        status = Status.SOLVED if prove_again(hierarchy, claim.answer) else Status.FAILED
+    if claim.claimed and not claim.kkt_met():
+        status = Status.SOLVED if fit_again(hierarchy, claim.answer) else Status.FAILED
         claim = Resolution(hierarchy, claim.answer, state, status, claim.iterations, TickReview)
     return claim, kept
 

@@ -16,7 +16,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.full_norm import resolve_full_norm
 from taskopt.resolver.active_set.tick import ALTERNATES, LAST, PREVIOUS, LazyTick, new_history
 from taskopt.resolver.active_set.workspace import Outcome
-from taskopt.resolver.base import Memory, checked, prove_again
+from taskopt.resolver.base import Memory, checked, fit_again
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.tick_review import TickReview
 
@@ -25,7 +25,7 @@ _STATUS = {
     Outcome.ITERATION_LIMIT: Status.ITERATION_LIMIT,
     Outcome.CONTRADICTION: Status.INFEASIBLE,
     Outcome.NOT_FINITE: Status.FAILED,
-    Outcome.UNPROVEN: Status.FAILED,
+    Outcome.KKT_MISSED: Status.FAILED,
 }
 _run_tick = LazyTick()
 
@@ -89,12 +89,12 @@ def resolution_of(
 ) -> Resolution:
     """Make a resolution of the arrays that a compiled entry filled.
 
-    If its own multipliers do not prove an answer, others are computed for its x. If these do not prove it
-    either, the status is FAILED.
+    If an answer misses its KKT conditions, other multipliers are computed for its x. If it misses them with
+    these as well, the status is FAILED.
 
     Args:
         hierarchy: The problem.
-        answer: (layout.answer_size,) as filled; multipliers and certificate are replaced by a second proof.
+        answer: (layout.answer_size,) as filled; multipliers and residuals are replaced by a second fit.
         state: (n + M,) the final working set.
         outcome: The `Outcome`.
         rounds: The number of factorisations.
@@ -102,6 +102,6 @@ def resolution_of(
     Returns:
         The resolution, without any fallback.
     """
-    if outcome == Outcome.UNPROVEN and prove_again(hierarchy, answer):
+    if outcome == Outcome.KKT_MISSED and fit_again(hierarchy, answer):
         outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)

@@ -13,7 +13,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.certificate import certify_kernel
 from taskopt.hierarchy.layout import Layout
-from taskopt.hierarchy.tolerances import PROVEN
+from taskopt.hierarchy.tolerances import KKT_MET
 from taskopt.hierarchy.view import Answer, Rows, view_answer, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import borrowed
@@ -70,7 +70,7 @@ def tick_fast(
     if settings[0] == 0 or not _try_fast_path(problem, state, found):
         return np.int64(Outcome.FAST_PATH_REFUSED), np.int64(0)
     worst = certify_kernel(buffer, norm, offsets, columns, found.x, found.multipliers, found.residuals)
-    if not worst <= PROVEN:  # the search may find what is proven
+    if not worst <= KKT_MET:  # the search may find what meets them
         return np.int64(Outcome.FAST_PATH_REFUSED), np.int64(0)
     copy_into(found.problem, buffer)
     _remember(history, state)
@@ -109,7 +109,7 @@ def tick(
     if settings[0] == 0 or not _try_fast_path(problem, state, found):
         outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
-    if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= PROVEN):
+    if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= KKT_MET):
         for i in range(state.size):  # once more, from an empty working set
             state[i] = Held.FREE
         outcome, more = search(problem, state, x, multipliers, np.int64(1), limit)
@@ -121,8 +121,8 @@ def tick(
             x[j] = np.nan  # a compromise between contradicting limits is not for a robot
     elif not np.isfinite(worst):
         outcome = Outcome.NOT_FINITE
-    elif outcome == Outcome.SOLVED and worst > PROVEN:
-        outcome = Outcome.UNPROVEN
+    elif outcome == Outcome.SOLVED and worst > KKT_MET:
+        outcome = Outcome.KKT_MISSED
     return np.int64(outcome), rounds
 
 

@@ -43,15 +43,15 @@ class Outcome(IntEnum):
     """Result of one tick, and of one search."""
 
     SOLVED = 0
-    """The optimum was found; for a tick, its certificate proves it as well."""
+    """The optimum was found; for a tick, it also meets its KKT conditions to `KKT_MET`."""
     ITERATION_LIMIT = 1
     """The search used up its factorisations."""
     CONTRADICTION = 2
     """The search ended at a point where a hard row keeps a residual."""
     NOT_FINITE = 3
     """A row of the problem, or the answer, is not a number."""
-    UNPROVEN = 4
-    """The search ended, but the certificate does not prove its answer."""
+    KKT_MISSED = 4
+    """The search ended, but a KKT residual of its answer is larger than `KKT_MET`."""
     FAST_PATH_REFUSED = 5
     """Of a tick without the search: the fast path did not accept; nothing was answered or remembered."""
 

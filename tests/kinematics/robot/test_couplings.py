@@ -96,7 +96,7 @@ def test_every_stack_holds_the_couplings(load):
     for k in range(100):
         resolution = controller.step(q, 0.01 * k)
         v = resolution.v
-        assert resolution.certified()
+        assert resolution.kkt_met()
         np.testing.assert_allclose(v[1:], [-2.0 * v[0], -v[0]], atol=1e-12)
         q = arm.integrate(q, v, 0.01)
     assert abs(q[1] - 1.0) < 0.1

@@ -30,7 +30,7 @@ def velocities(levels, dt, until=1.0):
     out = []
     for k in range(round(until / dt)):
         resolution = control.step(Q, k * dt)
-        assert resolution.certified()
+        assert resolution.kkt_met()
         out.append(resolution.v.copy())
     return np.array(out)
 

@@ -38,7 +38,7 @@ def recorded(made: Scenario, answer: Resolver, folder: Path) -> tuple[list[Step]
     folder.mkdir(exist_ok=True)
     log = Log(RunInfo(made, (answer.name,)), folder)
     with log:
-        steps = list(run(made, answer))
+        steps = list(run(made, answer, judged=1))  # events of verdicts would displace others
         for step in steps:
             log.write(step)
     return steps, log.folder / "run.rrd"

@@ -24,7 +24,7 @@ def test_q_and_v_are_recorded_at_every_tick_to_the_last_bit(folder, steps, name)
 
 
 def test_errors_multipliers_and_distances_are_those_of_the_steps(folder, steps, info):
-    """Task error, multipliers, certificate, distance to the closed form: each from its step."""
+    """Task error, multipliers, KKT residual, error bound, distance to the closed form: each from its step."""
     file, own = folder / "run.rrd", steps["active-set"]
     batch = Batch(tuple(own))
     error = rows_of(file, data_path("active-set", "task", "tip position", "m"))["scalars"]
@@ -34,8 +34,11 @@ def test_errors_multipliers_and_distances_are_those_of_the_steps(folder, steps, 
     multiplier = np.array(rows_of(file, data_path("active-set", "multiplier"))["scalars"])
     np.testing.assert_array_equal(multiplier[:, :3], batch.multiplier[:, :3])
     assert list(multiplier_lines(info)) == ["joint1", "joint2", "joint3"]
-    proof = np.ravel(rows_of(file, data_path("active-set", "certificate"))["scalars"])
-    np.testing.assert_allclose(10**proof, np.maximum(batch.certificate, 1e-17), rtol=1e-12)
+    residual = np.ravel(rows_of(file, data_path("active-set", "kkt_residual"))["scalars"])
+    np.testing.assert_allclose(10**residual, np.maximum(batch.kkt_residual, 1e-17), rtol=1e-12)
+    proof = np.ravel(rows_of(file, data_path("active-set", "error_bound"))["scalars"])
+    bound = (batch.error_bound / np.maximum(1.0, np.abs(batch.v))).max(axis=1)
+    np.testing.assert_allclose(10**proof, np.maximum(bound, 1e-17), rtol=1e-12)
     distance = np.ravel(rows_of(file, closed_form_path("active-set"))["scalars"])
     np.testing.assert_allclose(10**distance, np.maximum(batch.closed_form_distance, 1e-17), rtol=1e-12)
 

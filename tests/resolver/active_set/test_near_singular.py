@@ -31,19 +31,19 @@ def test_active_set_solvers_find_the_optimum(name: str, smallest: float) -> None
     for hierarchy in saturated(smallest, 20):
         resolution, _ = HierarchicalQP(name)(hierarchy)
         assert resolution.claimed
-        assert resolution.certified()
+        assert resolution.kkt_met()
         np.testing.assert_allclose(resolution.x, ActiveSet()(hierarchy)[0].x, atol=1e-7)
 
 
 @pytest.mark.parametrize("smallest", SMALLEST)
 @pytest.mark.parametrize("name", ["clarabel", "proxqp"])
 def test_others_find_it_or_say_that_they_did_not(name: str, smallest: float) -> None:
-    """Nine in ten are right; x is inside the box in any case, and none that is wrong passes for solved."""
+    """Nine in ten are right; x is inside the box in any case, and none that is wrong is proven."""
     right = 0
     for hierarchy in saturated(smallest, 20):
         resolution, _ = HierarchicalQP(name)(hierarchy)
         close = bool(np.abs(resolution.x - ActiveSet()(hierarchy)[0].x).max() < 1e-6)
         assert (np.abs(resolution.x) <= hierarchy.box_upper + 1e-7).all()
-        assert close or not resolution.solved
+        assert close or not resolution.proven
         right += close and resolution.claimed
     assert right >= 18
