@@ -251,9 +251,13 @@ def pose(
     The exit code is 0 if there is one, else 1; the last line says why.
     """
     from taskopt.kinematics.robot import Robot
-    from taskopt.loop.pose.solver import goal_of_text, solve_pose
+    from taskopt.loop.pose.solver import solve_pose
 
-    found = solve_pose(Robot.load(robot), {frame: goal_of_text(at)})
+    try:
+        goal = [float(part) for part in at.split(",")]
+    except ValueError as error:
+        raise InvalidValue(f"--at must be numbers separated by commas, got '{at}'") from error
+    found = solve_pose(Robot.load(robot), {frame: goal})
     typer.echo(" ".join(f"{value:.9g}" for value in found.q))
     typer.echo(f"{found.verdict.name}: {found.reason}")
     raise typer.Exit(0 if found.solved else 1)

@@ -346,9 +346,9 @@ _OF_HIERARCHY = (
     ),
     Fault(
         "every level is near a loss of rank",
-        "hierarchy/alternation.py",
-        "return True\n    return False",
-        "return True\n    return True",
+        "hierarchy/causes.py",
+        "(sigma < small)).any():\n            return True\n    return False",
+        "(sigma < small)).any():\n            return True\n    return True",
     ),
     Fault(
         "one symptom names the cause", "hierarchy/alternation.py", "if 2 * shown >= examined", "if shown > 0"

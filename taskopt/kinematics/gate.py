@@ -115,7 +115,8 @@ class Gate:
             self._rows.lower[:], self._rows.upper[:] = self._kept
         u = self.openness(t)
         self._band.open(self._rows, u, v)
-        self.blending = self._band.under_way or bool(u[self._wanted].any())
+        on_the_way = np.where(self._wanted, u > 0.0, u < 1.0)
+        self.blending = self._band.under_way or bool(on_the_way.any())
 
 
 class Enabled:

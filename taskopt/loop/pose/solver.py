@@ -8,15 +8,16 @@ from itertools import chain, islice
 import numpy as np
 
 from taskopt.arrays import Array, ArrayLike
-from taskopt.errors import InvalidValue, UnknownName
+from taskopt.errors import InvalidValue
 from taskopt.kinematics.binding import require_robot
 from taskopt.kinematics.limit import JointPositionLimit, Limit
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.space import PoseSpace, Value, plain
+from taskopt.kinematics.space import Value
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Latest
-from taskopt.kinematics.task import FrameTask, JointTask, OrientationTask, PositionTask
+from taskopt.kinematics.task import JointTask
 from taskopt.loop.pose.descent import Descent, End
+from taskopt.loop.pose.goals import NamedGoals
 from taskopt.loop.pose.ranges import position_ranges
 from taskopt.loop.pose.solution import PoseSolution, Verdict
 from taskopt.loop.pose.stack import PostureStack, posture_stack
@@ -33,10 +34,6 @@ _REST = 100  # ticks for the levels below the goals to come to rest
 _POLISHED = 3  # of the nearest ends, where none met the goals
 _WAITING = 20  # starts in which links or obstacles overlap, at most, while others are tried
 _FREE_STARTS = 20  # starts of the search without limits
-_KINDS: dict[tuple[int, ...], type[FrameTask | PositionTask | OrientationTask]] = {
-    (3,): PositionTask,
-    (3, 3): OrientationTask,
-}
 
 
 class PoseSolver:
@@ -74,16 +71,14 @@ class PoseSolver:
         require_robot(robot)
         self._declared = goals, limits, postures, seed
         self.robot = robot
-        self._targets: dict[str, Latest] = {}
-        if isinstance(goals, Stack):
-            if limits is not None:
-                raise InvalidValue("a stack has limits of its own; leave `limits` out, or put them there")
-            stack = goals
-        elif not isinstance(goals, Mapping):
-            raise InvalidValue(f"goals must be a mapping from frame to pose, or a Stack, got {goals!r}")
+        self._named: NamedGoals | None = None
+        if not isinstance(goals, Stack):
+            self._named = NamedGoals(goals)
+            stack = self._named.stack([JointPositionLimit()] if limits is None else limits)
+        elif limits is not None:
+            raise InvalidValue("a stack has limits of its own; leave `limits` out, or put them there")
         else:
-            self._kinds = {frame: _kind(value) for frame, value in goals.items()}
-            stack = self._stack_of(goals, [JointPositionLimit()] if limits is None else limits)
+            stack = goals
         if postures < 1:
             raise InvalidValue(f"postures must be at least 1, got {postures}")
         self._count, self._seed = postures, seed
@@ -128,11 +123,13 @@ class PoseSolver:
         if starts < 1:
             raise InvalidValue(f"starts must be at least 1, got {starts}")
         if goals is not None:
-            self._aim(goals)
+            if self._named is None:
+                raise InvalidValue("the goals of a stack are set in its tasks; leave `goals` out")
+            self._named.set(goals)
         wanted = None if near is None else self._inside(near)
         first = wanted if start is None else self._inside(start)
         anchor = self.robot.posture("middle") if first is None else first
-        if self._targets:  # a mapping, whose targets do not begin anywhere
+        if self._named is not None:  # their targets do not begin anywhere
             self._goals.aim(anchor)
         else:
             self._goals.start(anchor)
@@ -263,35 +260,6 @@ class PoseSolver:
         """Return a posture from outside as an array, moved into the position limits that are in force."""
         return self.robot.coupled(self._ranges.moved_inside(self.robot.checked_q(q)))
 
-    def _stack_of(self, goals: Mapping[str, Value], limits: Sequence[Limit]) -> Stack:
-        """Return the stack of a mapping of goals, whose targets can be set."""
-        self._targets = {frame: Latest(_goal(frame, value)) for frame, value in goals.items()}
-        level = [
-            self._kinds[frame](frame, target=target, expressed="world")
-            for frame, target in self._targets.items()
-        ]
-        return Stack([level], limits)
-
-    def _aim(self, goals: Mapping[str, Value]) -> None:
-        """Set the targets of a mapping of goals, after checking that they are of the same kind as before."""
-        if not isinstance(goals, Mapping):
-            raise InvalidValue(
-                f"goals must be a mapping from frame to pose, got {goals!r}; give a stack to PoseSolver"
-            )
-        for frame, value in goals.items():
-            if frame not in self._targets:
-                raise UnknownName("goal of this solver", frame, self._targets)
-            if _kind(value) is not self._kinds[frame]:
-                raise InvalidValue(
-                    f"the goal of '{frame}' was made for a {self._kinds[frame].__name__}, and is set to a "
-                    f"value for a {_kind(value).__name__}; make a solver for goals of this kind"
-                )
-        missing = [frame for frame in self._targets if frame not in goals]
-        if missing:
-            raise InvalidValue(f"goals lack {', '.join(missing)}; give a value for every goal of the solver")
-        for frame, value in goals.items():
-            self._targets[frame].set(_goal(frame, value))
-
 
 def solve_pose(
     robot: Robot,
@@ -326,43 +294,6 @@ def solve_pose(
     """
     solver = PoseSolver(robot, goals, limits=limits, seed=seed)
     return solver.solve(start=start, near=near, starts=starts)
-
-
-def goal_of_text(text: str) -> Array:
-    """Read a goal that a user has typed.
-
-    Args:
-        text: Numbers separated by commas: a position [m], or a position and a quaternion x, y, z, w.
-
-    Returns:
-        The numbers, (any,).
-
-    Raises:
-        InvalidValue: A part is no number.
-    """
-    try:
-        return np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise InvalidValue(f"a goal must be numbers separated by commas, got '{text}'") from error
-
-
-def _kind(value: Value) -> type[FrameTask | PositionTask | OrientationTask]:
-    """Return the task for a goal: a position and a rotation leave the rest of the pose free."""
-    try:
-        shape = np.shape(plain(value))  # type: ignore[arg-type]
-    except ValueError:  # no array; the target says which forms it takes
-        shape = ()
-    return _KINDS.get(shape, FrameTask)
-
-
-def _goal(frame: str, value: Value) -> Array:
-    """Return a goal as a pose (4, 4); what it leaves free is that of the identity, and is not read.
-
-    An array (4, 4) is not checked here: the first tick finds out if it is no pose.
-    """
-    if isinstance(value, np.ndarray) and value.shape == (4, 4):
-        return value
-    return PoseSpace(f"goal of '{frame}'").convert(value, np.eye(4))
 
 
 def _remade(
