@@ -59,8 +59,8 @@ def number(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
         InvalidValue: The value is not an array of real numbers, has another shape, or holds NaN.
     """
     try:
-        if np.iscomplexobj(value):
-            raise TypeError("complex")
+        if value is None or np.iscomplexobj(value):  # NumPy makes NaN of None
+            raise TypeError
         array = np.array(value, dtype=np.float64, order="C")
     except OverflowError as error:
         raise InvalidValue(

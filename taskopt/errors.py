@@ -57,7 +57,7 @@ class UnknownName(TaskoptError, LookupError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = near_names(name, self.known, 0.5)
+        near = near_names(name, self.known, 0.5) if isinstance(name, str) else []
         if near:
             way_out = f"did you mean {', '.join(near)}?"
         elif len(self.known) <= 12:

@@ -28,7 +28,7 @@ class Gate:
         enabled: True if the task is on, or being switched on.
         chosen: True for rows that the choice of axes includes, (m,).
         weighted: True for rows whose weight is greater than 0, (m,).
-        stirred: True from a call of `change` until the plan has noticed it.
+        changed: True from a call of `change` until the plan has noticed it.
         blending: True if a row had not yet come to on or to off at the last `apply`.
     """
 
@@ -45,7 +45,7 @@ class Gate:
         self._from, self._begin, self._blend = np.zeros(m), 0.0, 0.0
         self._band = Band(m)
         self._band.width[:] = 0.0
-        self.stirred = self.blending = False
+        self.changed = self.blending = False
 
     def change(
         self,
@@ -76,7 +76,7 @@ class Gate:
             self._selected = self.chosen if self._weighs_all else self.chosen & self.weighted
             self._selects_all = False not in self._selected.tolist()  # of few rows, faster than all()
         self._wanted = self._selected if self.enabled else self._none
-        self._begin, self._blend, self.stirred = t, over, True
+        self._begin, self._blend, self.changed = t, over, True
 
     def openness(self, t: float) -> Array:
         """Return the openness u of the bounds of each row.

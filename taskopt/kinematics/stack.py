@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from itertools import accumulate, chain
+from reprlib import repr as shortened
 from typing import TypeVar
 
 import numpy as np
@@ -69,6 +70,8 @@ class Stack:
     damping: RestDamping | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.levels, Sequence) or isinstance(self.levels, str):
+            raise InvalidValue(f"levels must be a list of lists of tasks, got {shortened(self.levels)}")
         levels = tuple(_tuple(level, "a level", Task) for level in self.levels)
         if not levels or not all(levels):
             raise InvalidValue("a stack needs at least one level, and each level at least one task")
@@ -341,8 +344,8 @@ class Plan:
                 self._sort_targets()
                 break
         for gate in self._gates.values():
-            if gate.stirred:
-                gate.stirred = False
+            if gate.changed:
+                gate.changed = False
                 if gate not in self._open_gates and not gate.is_idle(t):
                     self._open_gates = (*self._open_gates, gate)
         if self.changes.waiting or self._open_gates:
@@ -517,4 +520,6 @@ def _tuple(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
             )
         if type(item).bind is kind.bind:
             raise InvalidValue(f"{type(item).__name__} lacks bind() of {kind.__name__}")
+        if not isinstance(item.name, str | None):
+            raise InvalidValue(f"name of {type(item).__name__} must be text, got {shortened(item.name)}")
     return tuple(items)

@@ -129,7 +129,7 @@ class Line:
         if (self.to is None) == (self.by is None):
             given = "neither" if self.to is None else "both"
             raise InvalidValue(f"a line needs either `to` or `by`, got {given}")
-        if self.timing not in TIMING:
+        if not isinstance(self.timing, str) or self.timing not in TIMING:
             raise UnknownName("timing law", self.timing, TIMING)
 
     def start(self, space: Space, start: Array, t: float) -> Course:
@@ -376,6 +376,25 @@ def as_target(value: Target | Value | None) -> Target:
         The target itself, or `Hold(value)`.
     """
     return value if isinstance(value, Target) else Hold(value)
+
+
+_ANYWHERE = np.eye(4)
+
+
+def check_target(target: Target | Value | None, space: Space, start: Array = _ANYWHERE) -> None:
+    """Check the argument `target` of a task where it is a constant value; others are known when they begin.
+
+    Args:
+        target: A target, a constant value, or None.
+        space: The space of the values.
+        start: A value at which a run may start.
+
+    Raises:
+        InvalidValue: The value is of no form that the space takes.
+    """
+    value = target.value if isinstance(target, Hold) else target
+    if value is not None and not isinstance(value, Target):
+        space.convert(value, start)
 
 
 def _numbers(name: str, value: Value) -> Array:

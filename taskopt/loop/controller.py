@@ -80,6 +80,17 @@ class Controller:
     def __copy__(self) -> "Controller":
         return deepcopy(self)
 
+    def __repr__(self) -> str:
+        parameters = self.plan.changes.parameters
+        levels: dict[str, list[str]] = {"limits": [limit.name for limit in self.plan.limits]}
+        for block in self.plan.layout.blocks:
+            if block.level:
+                enabled = parameters.get(f"{block.name}.enabled")
+                off = " (off)" if enabled is not None and not enabled.read() else ""
+                levels.setdefault(f"level {block.level}", []).append(block.name + off)
+        parts = "; ".join(f"{level}: {', '.join(names) or 'none'}" for level, names in levels.items())
+        return f"<Controller of {self._robot.name}, {self.resolver.name}, dt {self.plan.dt:g} s; {parts}>"
+
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Start all targets from a posture, forget the last step, and compile everything.
 
@@ -149,14 +160,18 @@ class Controller:
             The resolution; `resolution.v`, (nv,) [rad/s, m/s], is the velocity to command.
 
         Raises:
-            InvalidValue: q or v has the wrong size; q, v or a target is not finite; dt ≤ 0; or dt is too
-                large for a gain.
+            InvalidValue: q or v has the wrong size; q, v, t or a target is not finite; q is a mapping;
+                dt ≤ 0; or dt is too large for a gain.
             Infeasible: Hard limits contradict each other, and `on_conflict` is "raise".
             NotSolved: There is no answer that may be sent to a robot. The next step then starts without
                 memory.
         """
         if q.__class__ is not np.ndarray:
+            if isinstance(q, Mapping):  # joints that it leaves out would be where nobody put them
+                raise InvalidValue("q of a step must be an array; `robot.posture({joint: number})` makes one")
             q = self._robot.checked_q(q)
+        if not isinstance(t, float | int) or t - t != 0.0:
+            t = float(finite("t", t, ()))
         if dt is not None and dt != self.plan.dt:
             self.plan.retime(dt)
         if v is not None:

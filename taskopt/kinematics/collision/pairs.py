@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from taskopt.arrays import Array, finite
+from taskopt.arrays import Array, finite, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.robot.parts import link_of
 from taskopt.kinematics.robot.robot import Robot
@@ -30,8 +30,8 @@ def named_pairs(robot: Robot, names: Iterable[tuple[str, str]]) -> tuple[SolidPa
     """
     shapes = robot.geometry.geometryObjects
     out = []
-    for named in names:
-        if isinstance(named, str) or len(named) != 2:
+    for named in names if isinstance(names, Iterable) else (names,):
+        if isinstance(named, str) or not isinstance(named, Sequence) or len(named) != 2:
             raise InvalidValue(f"pairs must be names of links, two and two, got {named!r} in them")
         first, second = named
         for i in shapes_of(robot, [first]):
@@ -101,6 +101,7 @@ def pair_margins(names: Sequence[str], margin: float, margins: Margins) -> Array
         UnknownName: No pair has the solid or link, or the two of them.
         InvalidValue: A margin is negative or not finite.
     """
+    require_mapping("margins", margins, '{"panda_hand": 0.05}')
     ends = [[{side, link_of(side)} for side in name.split(" – ")] for name in names]
     out = np.full(len(names), margin)
     for key, value in margins.items():

@@ -158,7 +158,9 @@ def checked_obstacles(obstacles: Iterable[Shape] | Shape) -> tuple[Shape, ...]:
     Raises:
         InvalidValue: There is no obstacle, or one of them is not a shape.
     """
-    out = (obstacles,) if isinstance(obstacles, SHAPES) else tuple(obstacles)
+    if isinstance(obstacles, SHAPES):
+        return (obstacles,)
+    out = tuple(obstacles) if isinstance(obstacles, Iterable) else (obstacles,)
     for item in out or (None,):
         if not isinstance(item, SHAPES):
             raise InvalidValue(

@@ -30,7 +30,7 @@ from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.limit.base import BoundLimit, Limit, RateLimit
-from taskopt.kinematics.limit.joint import each_velocity
+from taskopt.kinematics.limit.joint import check_numbers, each_velocity
 from taskopt.kinematics.parameter import Numbers, Parameter
 from taskopt.kinematics.robot import Robot
 
@@ -67,6 +67,10 @@ class JointAccelerationLimit(Limit):
     acceleration: ArrayLike | Mapping[str, float] | None = None
     velocity: ArrayLike | Mapping[str, float] | None = field(default=None, kw_only=True)
     name: str = field(default="joint_acceleration", kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_numbers("acceleration", self.acceleration)
+        check_numbers("velocity", self.velocity)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointAcceleration":
         """Return the bounds for a robot; see `Limit.bind`.

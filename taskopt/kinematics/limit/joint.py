@@ -1,11 +1,11 @@
 """Limits on the positions and velocities of joints, both as bounds on the velocities."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, bound, positive
+from taskopt.arrays import Array, ArrayLike, bound, number, positive
 from taskopt.errors import InvalidValue
 from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
@@ -46,6 +46,7 @@ class JointPositionLimit(Limit):
     def __post_init__(self) -> None:
         if positive("gain", self.gain) > 1.0:
             raise InvalidValue(f"gain of a position limit must be in (0, 1], got {self.gain:g}")
+        check_numbers("margin", self.margin)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointPosition":
         """Return the bounds for a robot; see `Limit.bind`."""
@@ -161,6 +162,7 @@ class JointVelocityLimit(Limit):
 
     def __post_init__(self) -> None:
         positive("scale", self.scale)
+        check_numbers("velocity", self.velocity)
 
     def bind(self, robot: Robot, dt: float) -> "BoundJointVelocity":  # noqa: ARG002
         """Return the bounds for a robot; see `Limit.bind`.
@@ -171,6 +173,23 @@ class JointVelocityLimit(Limit):
         """
         limits = each_velocity("velocity", self.velocity, robot, robot.velocity_limit)
         return BoundJointVelocity(self.name, self.scale, limits)
+
+
+def check_numbers(what: str, value: ArrayLike | Mapping[str, float] | None) -> None:
+    """Check numbers for joints, as far as that needs no robot.
+
+    Args:
+        what: Name of the value, for messages.
+        value: One number for all joints, several, or a mapping from joint to number; None for none.
+
+    Raises:
+        InvalidValue: A value is no number.
+    """
+    if isinstance(value, Mapping):
+        for joint, one in value.items():
+            number(f"{what} of {joint}", one, ())
+    elif value is not None:
+        number(what, value, (None,) if isinstance(value, Sequence | np.ndarray) and np.shape(value) else ())
 
 
 def each_velocity(
@@ -192,6 +211,7 @@ def each_velocity(
         InvalidValue: A number is negative or NaN, or there are neither one nor nv numbers.
         UnknownName: The mapping names a joint that the robot does not have.
     """
+    check_numbers(what, value)
     if value is None:
         return default
     if isinstance(value, Mapping):

@@ -349,7 +349,7 @@ class Robot:
         Raises:
             UnknownName: There is no frame of that name.
         """
-        if name not in self._frame_ids:
+        if not isinstance(name, str) or name not in self._frame_ids:
             raise UnknownName("frame", name, self.frames)
         return self._frame_ids[name]
 
@@ -405,20 +405,24 @@ class Robot:
         chain = [self.model.joints[i] for i in self.model.supports[joint] if i > 0]
         return np.array([c for j in chain for c in range(j.idx_v, j.idx_v + j.nv)], dtype=np.int64)
 
-    def posture(self, name: str) -> Array:
-        """Return a copy of a named posture.
+    def posture(self, name: str | Mapping[str, float]) -> Array:
+        """Return a copy of a named posture, or the posture in which joints have given values.
 
         Args:
-            name: "neutral", "middle", or a name from the robot's SRDF.
+            name: "neutral", "middle", or a name from the robot's SRDF; or a mapping from joint to number, see
+                `checked_q`.
 
         Returns:
             q (nq,) [rad, m].
 
         Raises:
-            UnknownName: There is no posture of that name.
+            UnknownName: There is no posture, or no joint, of that name.
+            InvalidValue: A joint of the mapping has not one coordinate, or its value is not finite.
         """
-        if name not in self.postures:
-            raise UnknownName("posture", name, self.postures)
+        if isinstance(name, Mapping):
+            return self._by_joint(name)
+        if not isinstance(name, str) or name not in self.postures:
+            raise UnknownName("posture", str(name), self.postures)
         return self.postures[name].copy()
 
     def lock(self, names: Iterable[str], q: ArrayLike | None = None) -> "Robot":

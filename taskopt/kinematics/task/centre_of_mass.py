@@ -11,7 +11,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.part import check_mass
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
-from taskopt.kinematics.target import Hold, Target, as_target
+from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import Task, gains, task_rate, weights
 
@@ -49,6 +49,7 @@ class CentreOfMassTask(Task):
         chosen_rows(self.axes, "xyz")
         gains(self.gain, 3)
         weights(self.weight, 3)
+        check_target(self.target, PoseSpace("target of the centre of mass"))
 
     def bind(self, robot: Robot, name: str) -> "BoundCentreOfMass":
         """Return the rows for a robot; see `Task.bind`.

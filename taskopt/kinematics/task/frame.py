@@ -12,7 +12,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.parameter import Numbers, Parameter, Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
-from taskopt.kinematics.target import Hold, Target, as_target
+from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task import frame_kernel as k
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import Task, gains, weights
@@ -37,6 +37,7 @@ class _OfFrame(Task):
 
     def __post_init__(self) -> None:
         self._rows()
+        check_target(self.target, PoseSpace(f"target of '{self.name or self.default_name()}'"))
 
     def bind(self, robot: Robot, name: str) -> "BoundFrame":
         """Return the rows for a robot; see `Task.bind`.

@@ -12,7 +12,7 @@ from taskopt.jit import kernel_apart
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, Value, coordinate_table
-from taskopt.kinematics.target import Hold, Target, as_target
+from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import Task, gains, rate_units, task_rate, weights
 
@@ -50,9 +50,8 @@ class JointTask(Task):
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        if isinstance(self.joints, str) or (
-            self.joints is not None and len(set(self.joints)) != len(self.joints)
-        ):
+        names = () if self.joints is None else self.joints
+        if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) != len(names):
             raise InvalidValue(f"joints must be different names in a list, got {self.joints!r}")
         gains(self.gain, np.size(self.gain))
         weights(self.weight, np.size(self.weight))
@@ -78,7 +77,9 @@ class JointTask(Task):
         gain = gains(self.gain, columns.size)[kept]
         kind = BoundPosture if (coordinate_table(robot)[columns, 0] == OTHER).any() else BoundJoints
         bound = kind(robot, name, columns[kept], gain, weight[kept])
-        bound.attach(as_target(self.target), PostureSpace(f"target of '{name}'", robot, joints))
+        space = PostureSpace(f"target of '{name}'", robot, joints)
+        check_target(self.target, space, robot.neutral)
+        bound.attach(as_target(self.target), space)
         return bound
 
 

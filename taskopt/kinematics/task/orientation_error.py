@@ -21,7 +21,7 @@ from taskopt.kinematics.orientation.euler import ZYZ, EulerAngles
 from taskopt.kinematics.orientation.quaternion import quaternion_error
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value
-from taskopt.kinematics.target import Hold, Target, as_target
+from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import Task, gains, weights
 
@@ -63,6 +63,7 @@ class _OfOrientation(Task):
     def __post_init__(self) -> None:
         gains(self.gain, 3)
         weights(self.weight, 3)
+        check_target(self.target, PoseSpace(f"target of '{self.name or self.default_name()}'", angular=True))
 
     def bind(self, robot: Robot, name: str) -> "BoundOrientation":
         """Return the rows for a robot; see `Task.bind`.

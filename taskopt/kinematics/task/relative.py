@@ -15,7 +15,7 @@ from taskopt.kinematics.lie import log6_jlog6_into, relative_into
 from taskopt.kinematics.pose import inverse, is_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
-from taskopt.kinematics.target import Hold, Target, as_target
+from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.kinematics.task.base import Task, gains, task_rate, weights
 
@@ -73,6 +73,7 @@ class RelativeFrameTask(Task):
             raise InvalidValue(f"expressed must be 'own' or 'root', got {self.expressed!r}")
         gains(self.gain, 6)
         self._rows()
+        check_target(self.target, PoseSpace(f"target of '{self.name or self.default_name()}'"))
 
     def default_name(self) -> str:
         """Return the names of both frames."""
