@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import is_dataclass, replace
 from itertools import chain
 from reprlib import repr as shortened
+from typing import TypeVar
 
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block, Layout
@@ -18,6 +19,7 @@ from taskopt.kinematics.task.level_damping import BoundLevelDamping
 _ROWS = ("name", "row_names", "row_units", "column")
 _TASK = (*_ROWS, "gain", "weight", "error")
 _BOUNDS = ("name", "owners")
+Kind = TypeVar("Kind", Task, Limit)
 
 
 def require_robot(robot: object) -> None:
@@ -34,6 +36,36 @@ def require_robot(robot: object) -> None:
             f"robot must be a Robot, as Robot.load and Robot.from_urdf make one, got {shortened(robot)}"
         )
     robot.require_unchanged()
+
+
+def declared_in(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
+    """Check a list of tasks, or of limits, and return it as a tuple.
+
+    Args:
+        items: The list that the user gave.
+        what: Its name in messages.
+        kind: `Task` or `Limit`.
+
+    Returns:
+        The items in order.
+
+    Raises:
+        InvalidValue: It is no list, or an item is of another kind, is incomplete, or has a name that is no
+            text.
+    """
+    of = kind.__name__.lower() + "s"
+    if not isinstance(items, Sequence):
+        raise InvalidValue(f"{what} must be a list of {of}, got {items!r}")
+    for item in items:
+        if not isinstance(item, kind):
+            raise InvalidValue(
+                f"{what} must be a list of {of}, got {item!r} in it; own {of} derive from {kind.__name__}"
+            )
+        if type(item).bind is kind.bind:
+            raise InvalidValue(f"{type(item).__name__} lacks bind() of {kind.__name__}")
+        if not isinstance(item.name, str | None):
+            raise InvalidValue(f"name of {type(item).__name__} must be text, got {shortened(item.name)}")
+    return tuple(items)
 
 
 def bound_task(task: Task, robot: Robot, name: str) -> BoundTask:

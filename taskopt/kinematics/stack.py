@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from itertools import accumulate, chain
-from reprlib import repr as shortened
-from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from taskopt.kinematics.binding import (
     bound_limit,
     bound_task,
     damping_of,
+    declared_in,
     layout_of,
     named_obstacles,
     require_robot,
@@ -38,8 +37,6 @@ from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
 from taskopt.kinematics.task.level_damping import BoundLevelDamping
-
-Kind = TypeVar("Kind", Task, Limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +68,8 @@ class Stack:
 
     def __post_init__(self) -> None:
         if not isinstance(self.levels, Sequence) or isinstance(self.levels, str):
-            raise InvalidValue(f"levels must be a list of lists of tasks, got {shortened(self.levels)}")
-        levels = tuple(_tuple(level, "a level", Task) for level in self.levels)
+            raise InvalidValue(f"levels must be a list of lists of tasks, got {self.levels!r}")
+        levels = tuple(declared_in(level, "a level", Task) for level in self.levels)
         if not levels or not all(levels):
             raise InvalidValue("a stack needs at least one level, and each level at least one task")
         if not isinstance(self.damping, RestDamping | None):
@@ -80,7 +77,7 @@ class Stack:
                 f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
             )
         object.__setattr__(self, "levels", levels)
-        object.__setattr__(self, "limits", _tuple(self.limits, "limits", Limit))
+        object.__setattr__(self, "limits", declared_in(self.limits, "limits", Limit))
 
     def compile(self, robot: Robot, dt: float) -> "Plan":
         """Bind the stack to a robot, and allocate all memory.
@@ -506,20 +503,3 @@ def _rows(hierarchy: Hierarchy, block: Block) -> LevelRows:
     """Return the rows of one block as views."""
     parts = hierarchy.A, hierarchy.lower, hierarchy.upper, hierarchy.weight, hierarchy.label
     return LevelRows(*(array[block.rows] for array in parts))
-
-
-def _tuple(items: object, what: str, kind: type[Kind]) -> tuple[Kind, ...]:
-    """Return a list of tasks, or of limits, as a tuple."""
-    of = kind.__name__.lower() + "s"
-    if not isinstance(items, Sequence):
-        raise InvalidValue(f"{what} must be a list of {of}, got {items!r}")
-    for item in items:
-        if not isinstance(item, kind):
-            raise InvalidValue(
-                f"{what} must be a list of {of}, got {item!r} in it; own {of} derive from {kind.__name__}"
-            )
-        if type(item).bind is kind.bind:
-            raise InvalidValue(f"{type(item).__name__} lacks bind() of {kind.__name__}")
-        if not isinstance(item.name, str | None):
-            raise InvalidValue(f"name of {type(item).__name__} must be text, got {shortened(item.name)}")
-    return tuple(items)

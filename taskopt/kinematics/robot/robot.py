@@ -571,10 +571,8 @@ class Robot:
                 sine) whose norm is not 1; or a joint of a mapping has not one coordinate.
             UnknownName: There is no joint or posture of that name.
         """
-        if isinstance(q, str):
+        if isinstance(q, str | Mapping):
             return self.posture(q)
-        if isinstance(q, Mapping):
-            return self._by_joint(q)
         out = finite(f"q of {self.name}", q, (self.nq,))
         for joint, part in self._unit_norm:
             norm = float(np.linalg.norm(out[part]))

@@ -133,18 +133,18 @@ def test_a_gain_outside_its_range_is_refused(gain):
 
 
 @pytest.mark.parametrize(
-    ("limit", "error"),
+    ("velocity", "error"),
     [
-        (JointVelocityLimit(velocity=-1.0), InvalidValue),
-        (JointVelocityLimit(velocity=np.nan), InvalidValue),
-        (JointVelocityLimit(velocity=np.ones(3)), InvalidValue),
-        (JointVelocityLimit(velocity={"panda_joint22": 1.0}), UnknownName),
+        (-1.0, InvalidValue),
+        (np.nan, InvalidValue),
+        (np.ones(3), InvalidValue),
+        ({"panda_joint22": 1.0}, UnknownName),
     ],
 )
-def test_velocities_that_do_not_fit_the_robot_are_refused(limit, error):
+def test_velocities_that_do_not_fit_the_robot_are_refused(velocity, error):
     """Negative, NaN, wrong size, unknown joint."""
     with pytest.raises(error):
-        limit.bind(robot("panda"), 1e-3)
+        JointVelocityLimit(velocity=velocity).bind(robot("panda"), 1e-3)
 
 
 def test_at_a_tie_the_bound_keeps_its_owner():
