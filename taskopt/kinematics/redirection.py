@@ -9,7 +9,73 @@ from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.parameter import Ramp, Setting
 from taskopt.kinematics.space import Space, Value, plain
-from taskopt.kinematics.target import Hold, Line, Target
+from taskopt.kinematics.target import Course, Function, Hold, Target
+
+
+class Blend:
+    """The way to a new value over a time, which begins at the present value with the present rate.
+
+        x_d = x_0 ⊕ a(u) (x_1 ⊖ x_0) ⊕ c(u) T ẋ_0,   u = t/T,   a = u² (3 − 2 u),   c = u (1 − u)²
+
+    It ends at rest. Value and rate are continuous, also where a blend replaces another one on its way.
+
+    Args:
+        to: The value x_1 at the end.
+        duration: T [s].
+    """
+
+    def __init__(self, to: Value, duration: float) -> None:
+        self._to, self._duration = to, duration
+
+    def start(self, space: Space, start: Array, t: float) -> Course:
+        """Begin at rest; see `Target.start`."""
+        return self.go_on(space, start, np.zeros(space.tangent), t)
+
+    def go_on(self, space: Space, start: Array, rate: Array, t: float) -> Course:
+        """Begin with a rate.
+
+        Args:
+            space: Space of the values.
+            start: x_0, which is copied.
+            rate: ẋ_0, (tangent,).
+            t: Time [s].
+
+        Returns:
+            The course.
+        """
+        first, duration = start.copy(), self._duration
+        delta = space.difference(first, space.convert(self._to, first))
+
+        def value(now: float) -> Array:
+            u = min(max((now - t) / duration, 0.0), 1.0)
+            towards, out = first.copy(), first.copy()
+            space.move(first, u * u * (3.0 - 2.0 * u) * delta, towards)
+            space.move(towards, u * (1.0 - u) ** 2 * duration * rate, out)
+            return out
+
+        return Function(value).start(space, first, t)
+
+
+def go_on(target: Target, course: Course, space: Space, goal: Array, t: float) -> Course:
+    """Begin a target where another one is.
+
+    Args:
+        target: The new target.
+        course: The course of the present target.
+        space: Space of the values.
+        goal: The desired value of the last tick.
+        t: Time of the tick [s].
+
+    Returns:
+        The course of the new target.
+
+    Raises:
+        InvalidValue: The target does not fit the space.
+    """
+    value, rate = goal.copy(), np.zeros(space.tangent)
+    if not course(t, value, rate):
+        rate[:] = 0.0
+    return target.go_on(space, value, rate, t) if isinstance(target, Blend) else target.start(space, value, t)
 
 
 class TargetParameter:
@@ -48,7 +114,7 @@ class TargetParameter:
         self._space.convert(cast("Value", value), np.eye(4) if goal.shape == (4, 4) else goal)
         held = plain(cast("Value", value))
         kept = dict(held) if isinstance(held, Mapping) else np.array(held, dtype=np.float64)
-        return Line(to=kept, duration=over) if over > 0.0 else Hold(kept)
+        return Blend(kept, over) if over > 0.0 else Hold(kept)
 
     def change(self, value: Setting, t: float, over: float) -> Ramp | None:  # noqa: ARG002 (protocol)
         """Replace the target; see `Parameter.change`."""

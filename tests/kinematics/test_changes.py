@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from taskopt import (
     Circle,
@@ -21,6 +23,7 @@ from taskopt import (
     JointTask,
     JointVelocityLimit,
     Limit,
+    Line,
     ObstacleLimit,
     PositionTask,
     Sphere,
@@ -29,7 +32,9 @@ from taskopt import (
 )
 from taskopt.arrays import Array
 from taskopt.kinematics.limit import BoundLimit
+from taskopt.kinematics.redirection import Blend
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.space import PoseSpace
 from tests.helpers.robots import FRAMES, generic_q, robot
 
 DT = 1e-2
@@ -403,3 +408,70 @@ def test_an_obstacle_that_is_none_does_not_move(moving: dict) -> None:
     """By number as by name."""
     with pytest.raises(UnknownName, match="no obstacle named"):
         ObstacleLimit(Sphere((1.0, 0.0, 0.0), 0.1, name="ball"), moving=moving)
+
+
+def retargeted(arm: Robot, first: float, second: float, dt: float) -> np.ndarray:
+    """Velocities of a still arm whose hand gets two targets, blended over 0.3 s, the second on the way."""
+    q = generic_q(arm, 3)
+    control = Controller(arm, Stack([[hand("panda")], [rest("panda")]]), dt=dt)
+    control.start(q)
+    pose = Configuration(arm, q).pose("panda_hand")
+    ahead, aside = pose.copy(), pose[:, [1, 0, 2, 3]] * [1.0, -1.0, 1.0, 1.0]  # a quarter turn
+    ahead[:3, 3] += [0.3, -0.2, 0.1]
+    path = []
+    for i in range(round(0.8 / dt)):
+        if i == round(first / dt):
+            control.set({"hand.target": ahead}, over=0.3)
+        if i == round((first + second) / dt):
+            control.set({"hand.target": aside}, over=0.3)
+        path.append(control.step(q, i * dt).v.copy())
+    return np.array(path)
+
+
+@given(first=st.floats(0.05, 0.2), second=st.floats(0.02, 0.28))
+@settings(max_examples=5, deadline=None)
+def test_a_new_target_during_a_blend_does_not_jump(first: float, second: float) -> None:
+    """The largest change from tick to tick is proportional to the step, whenever the second target comes."""
+    jumps = [
+        float(np.abs(np.diff(retargeted(robot("panda"), first, second, dt), axis=0)).max())
+        for dt in (4e-3, 1e-3)
+    ]
+    assert jumps[1] < 0.3 * jumps[0]
+
+
+def test_a_blend_that_begins_at_rest_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A target that forgets the rate on the way to the first one makes the velocities jump at any step."""
+    monkeypatch.setattr(Blend, "go_on", lambda self, space, start, rate, t: self.start(space, start, t))
+    monkeypatch.setattr(
+        Blend, "start", lambda self, space, start, t: Line(to=self._to, duration=0.3).start(space, start, t)
+    )
+    jumps = [
+        float(np.abs(np.diff(retargeted(robot("panda"), 0.1, 0.15, dt), axis=0)).max()) for dt in (4e-3, 1e-3)
+    ]
+    assert jumps[1] > 0.8 * jumps[0]
+
+
+@given(
+    turn=st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6),
+    rate=st.lists(st.floats(-3.0, 3.0), min_size=6, max_size=6),
+    u=st.floats(0.0, 0.99),
+)
+@settings(max_examples=50, deadline=None)
+def test_the_rate_of_a_blend_is_the_derivative_of_its_value(turn: list, rate: list, u: float) -> None:
+    """By central differences of the value; it begins with the rate that was given, and ends at the goal."""
+    space, start, duration = PoseSpace("pose"), np.eye(4), 0.4
+    end = np.empty((4, 4))
+    space.move(start, np.array(turn), end)
+    course = Blend(end, duration).go_on(space, start, np.array(rate), 1.0)
+    value, given_rate, before, after = np.eye(4), np.zeros(6), np.eye(4), np.eye(4)
+    course(1.0, value, given_rate)
+    np.testing.assert_allclose(given_rate, rate, atol=1e-6)
+    t, h = 1.0 + (0.01 + u * 0.98) * duration, 1e-4
+    course(t, value, given_rate)
+    course(t - h, before, np.zeros(6))
+    course(t + h, after, np.zeros(6))
+    course(t, value, given_rate)
+    np.testing.assert_allclose(given_rate, space.difference(before, after) / (2.0 * h), atol=1e-3)
+    course(1.0 + duration, value, given_rate)
+    np.testing.assert_allclose(value, end, atol=1e-12)
+    np.testing.assert_allclose(given_rate, 0.0, atol=1e-9)

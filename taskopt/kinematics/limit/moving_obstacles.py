@@ -15,7 +15,7 @@ from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry.coal import ball_around, core
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.pose import is_pose
-from taskopt.kinematics.redirection import TargetParameter, recalled, still
+from taskopt.kinematics.redirection import TargetParameter, go_on, recalled, still
 from taskopt.kinematics.space import PoseSpace, Value
 from taskopt.kinematics.target import Course, Hold, Latest, Target
 
@@ -73,7 +73,7 @@ class Mover:
         Raises:
             InvalidValue: The target does not fit a pose.
         """
-        self.pose[:] = self._begin
+        self.pose[:], self._courses = self._begin, _STILL
         self.redirect(self._target, t)
         self._redirected = None
 
@@ -92,7 +92,8 @@ class Mover:
             self.pose[...] = target
             self._courses, self._foresees, self._redirected = _STILL, False, False
         else:
-            self._courses = target.start(self._space, self.pose, t), target.start(self._space, self.pose, t)
+            now = self._courses[0]
+            self._courses = tuple(go_on(target, now, self._space, self.pose, t) for _ in range(2))
             self._foresees, self._redirected = not isinstance(target, Latest), not isinstance(target, Hold)
 
     def adjustable(self) -> TargetParameter:

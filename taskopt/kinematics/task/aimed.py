@@ -6,7 +6,7 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.kinematics.parameter import Parameter
-from taskopt.kinematics.redirection import TargetParameter, recalled, still
+from taskopt.kinematics.redirection import TargetParameter, go_on, recalled, still
 from taskopt.kinematics.space import Space
 from taskopt.kinematics.target import Course, Hold, Target
 from taskopt.kinematics.task.base import BoundTask
@@ -77,7 +77,7 @@ class AimedTask(BoundTask):
                 return
             self._course = still
         else:
-            self._course = target.start(self._space, self.goal, t)
+            self._course = go_on(target, self._course, self._space, self.goal, t)
             self.fixed_target = isinstance(target, Hold)
             self._redirected = not self.fixed_target
         self.aim(t)
