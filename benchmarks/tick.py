@@ -186,7 +186,7 @@ def examine(case: cases.BenchmarkCase, resolver: str, ticks: int) -> str:
 
     Returns:
         One line: how many bounds are active, how often the fast path answered and how often a fallback, the
-        worst certificate, and the largest deviation from pink.
+        largest KKT residual, and the largest deviation from pink.
     """
     ours = Ours(case, resolver)
     pink = Pink(case) if find_spec("pink") and STRICT not in case.name else None
@@ -203,7 +203,7 @@ def examine(case: cases.BenchmarkCase, resolver: str, ticks: int) -> str:
     beside = f"; largest deviation from pink {apart:.1e} rad/s" if pink else ""
     share = f"bounds active on {100 * np.mean(bounds > 0):.0f} % of the ticks, at most {bounds.max():.0f}"
     answered = f"fast path {100 - 100 * searches / ticks:.0f} %, {fallbacks} fallbacks"
-    return f"{share}; {answered}; worst certificate {worst:.1e}{beside}"
+    return f"{share}; {answered}; largest KKT residual {worst:.1e}{beside}"
 
 
 def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array]]:

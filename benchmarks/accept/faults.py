@@ -142,7 +142,7 @@ _OF_SEARCH = (
         "if outcome != outcome or (outcome != outcome and ",
     ),
     Fault(
-        "an answer without a proof counts as solved",
+        "an answer that misses its KKT conditions is claimed",
         _TICK,
         "elif outcome == Outcome.SOLVED and worst > KKT_MET:",
         "elif outcome != outcome:",
@@ -244,7 +244,7 @@ _OF_FAST_PATH = (
 
 _OF_CERTIFICATE = (
     Fault(
-        "proofs take residuals 1e3 times larger",
+        "answers are claimed with residuals 1e3 times larger",
         "hierarchy/certificate.py",
         "return self.worst <= tolerance",
         "return self.worst <= 1e3 * tolerance",
@@ -464,7 +464,7 @@ _OF_RESOLVERS = (
         "        pass\n",
     ),
     Fault(
-        "the fallback is taken without a proof",
+        "the fallback is taken whatever its KKT residuals",
         "resolver/fallback.py",
         "if found.claimed and found.kkt_met():",
         "if found.claimed:",

@@ -68,7 +68,7 @@ class Outcome(NamedTuple):
     Attributes:
         start: Where it started, in words.
         ticks: Number of ticks.
-        proven: Ticks that both of ours solved with a certificate.
+        claimed: Ticks that both of ours claim, with small KKT residuals; this is no proof.
         solved: Ticks that pink solved.
         apart: Differences of our two velocities from pink's at each tick that all solved, (k, 2).
         ours: Reasons of ours for the other ticks, with their numbers.
@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
 
     start: str
     ticks: int
-    proven: int
+    claimed: int
     solved: int
     apart: Array
     ours: Counter[str]
@@ -85,7 +85,7 @@ class Outcome(NamedTuple):
 
     def __str__(self) -> str:
         """Return one line, and a line for each reason."""
-        line = f"{self.start}: ours proven {self.proven} of {self.ticks}, pink solved {self.solved}"
+        line = f"{self.start}: ours claimed {self.claimed} of {self.ticks}, pink solved {self.solved}"
         for way, apart in zip(WAYS, self.apart.T, strict=True):
             if not apart.size:
                 continue
@@ -185,7 +185,7 @@ def play(scene: Any, robot: Robot, q: Array, start: str, ticks: int) -> Outcome:
         What came of it.
     """
     duel, apart, ours, pinks = Duel(scene, robot, q), [], Counter[str](), Counter[str]()
-    proven = solved = k = 0
+    claimed = solved = k = 0
     while k < ticks:
         mine, theirs = duel.tick(k * DT)
         k += 1
@@ -194,13 +194,13 @@ def play(scene: Any, robot: Robot, q: Array, start: str, ticks: int) -> Outcome:
         if isinstance(mine, str):
             ours.update([f"{mine}; stopped there"])
             break
-        lost = [f"not proven, {one.status.name}" for one in mine if not one.kkt_met()]
-        proven += not lost
+        lost = [f"not claimed, {one.status.name}" for one in mine if not one.kkt_met()]
+        claimed += not lost
         ours.update(lost[:1])
         if not isinstance(theirs, str):
             apart.append([difference(one.v, theirs) for one in mine])
         duel.q = robot.integrate(duel.q, mine[1].v, DT)
-    return Outcome(start, k, proven, solved, np.array(apart).reshape(-1, 2), ours, pinks)
+    return Outcome(start, k, claimed, solved, np.array(apart).reshape(-1, 2), ours, pinks)
 
 
 def difference(mine: Array, theirs: Array) -> float:

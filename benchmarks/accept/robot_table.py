@@ -4,7 +4,7 @@
     python benchmarks/accept/robot_table.py FILE …     # these MJCF files alone
 
 Each robot runs ten ticks of 10 ms from the middle of its ranges: its last frame is to move by 1 cm, then its
-joints are to return, within limits of position and speed. A row says how many of the ticks are proven, and
+joints are to return, within limits of position and speed. A row says how many of the ticks are claimed with small KKT residuals, and
 what the file states and the robot does not have, but for what is true of every MJCF file.
 """
 
@@ -30,14 +30,14 @@ from taskopt import (
     robot_names,
 )
 
-HEAD = "| robot | velocities | couplings | ticks proven | not in the robot |\n|---|---|---|---|---|"
+HEAD = "| robot | velocities | couplings | ticks claimed | not in the robot |\n|---|---|---|---|---|"
 _DT, _TICKS = 0.01, 10
 _OF_EVERY_MJCF = ("shapes of the world", "an MJCF file states no velocity limits")
 _LISTED = 2  # names of joints that a row shows, before it only counts them
 
 
 def main() -> int:
-    """Print the table; return 0 if all ticks are proven."""
+    """Print the table; return 0 if all ticks are claimed."""
     rows = list(rows_of_files(map(Path, sys.argv[1:])) if sys.argv[1:] else all_rows())
     print("\n".join([HEAD, *rows]))
     return 0 if all(f"| {_TICKS} of {_TICKS} |" in row for row in rows) else 1
@@ -88,7 +88,7 @@ def row(name: str, robot: Robot) -> str:
 
 
 def proven_ticks(robot: Robot) -> int:
-    """Return how many ticks of a small stack are proven.
+    """Return how many ticks of a small stack are claimed with small KKT residuals.
 
     Args:
         robot: The robot.

@@ -8,9 +8,9 @@ The old commit runs each benchmark case and each scenario of tasks/ in closed lo
 worktree of its own. At each of its postures, with the same time, targets and last velocity, this
 commit computes its velocity. It may differ by 10 times the largest change that the old commit itself shows
 over the same ticks when every entry of q moves by one last bit, in 20 random sign patterns. In saturated
-cases every answer must be proven by its certificate besides, and be within 1e-9 of `hqp/daqp` on the same
-hierarchy wherever that answer is proven, too. Where the optimum is flat, as along a posture of weight 1e-6
-beside tasks of weight 1, two proven answers may lie farther apart; they must then agree to 1e-9 in the rows
+cases every answer must meet its KKT conditions besides, and be within 1e-9 of `hqp/daqp` on the same
+hierarchy wherever that answer meets them, too. Where the optimum is flat, as along a posture of weight 1e-6
+beside tasks of weight 1, two such answers may lie farther apart; they must then agree to 1e-9 in the rows
 of the tasks, each times the root of its weight. A scenario with a conflict counts up to its first conflict.
 """
 
@@ -55,18 +55,18 @@ class Outcome:
         ticks: Number of ticks compared.
         change: Largest difference of the velocities [rad/s, m/s].
         response: Largest response of the old commit to one last bit of q [rad/s, m/s].
-        unproven: Ticks whose certificate is no proof.
+        unmet: Ticks whose answer misses its KKT conditions.
         fallbacks: Ticks that another method answered.
         apart: Largest distance to hqp/daqp [rad/s, m/s]; NaN if the case is not saturated.
         apart_in_rows: The same in the rows, each times the root of its weight.
-        compared: Ticks at which hqp/daqp is proven, too.
+        compared: Ticks at which hqp/daqp meets its KKT conditions, too.
     """
 
     name: str
     ticks: int
     change: float
     response: float
-    unproven: int
+    unmet: int
     fallbacks: int
     apart: float
     apart_in_rows: float
@@ -74,12 +74,10 @@ class Outcome:
 
     @property
     def accepted(self) -> bool:
-        """True if the velocities are those of the old commit, and saturated ones are proven."""
+        """True if the velocities are those of the old commit, and saturated ones meet KKT conditions."""
         same = self.change <= max(FACTOR * self.response, LEAST)
         saturated = np.isfinite(self.apart)
-        return same and (
-            not saturated or (self.unproven == 0 and min(self.apart, self.apart_in_rows) <= APART)
-        )
+        return same and (not saturated or (self.unmet == 0 and min(self.apart, self.apart_in_rows) <= APART))
 
     def __str__(self) -> str:
         beside = (
@@ -88,13 +86,13 @@ class Outcome:
         verdict = "ok" if self.accepted else "NOT"
         bound = max(FACTOR * self.response, LEAST)
         return (
-            f"{self.name:20s} {self.ticks:6d} {self.change:10.1e} {bound:10.1e} {self.unproven:9d} "
+            f"{self.name:20s} {self.ticks:6d} {self.change:10.1e} {bound:10.1e} {self.unmet:9d} "
             f"{self.fallbacks:9d} {beside:>21s}  {verdict}"
         )
 
 
 HEADER = (
-    f"{'case or scenario':20s} {'ticks':>6s} {'|dv|':>10s} {'allowed':>10s} {'unproven':>9s} "
+    f"{'case or scenario':20s} {'ticks':>6s} {'|dv|':>10s} {'allowed':>10s} {'KKT unmet':>9s} "
     f"{'fallbacks':>9s} {'to hqp/daqp: v, rows, ticks':>21s}"
 )
 
@@ -115,12 +113,12 @@ def examine(of: Subject, q: Array, v: Array, response: float) -> Outcome:
     """
     control = Controller(of.robot, of.stack, "active-set", of.dt)
     cascade = resolver("hqp/daqp") if is_saturated(of.name) else None
-    change, unproven, fallbacks, compared = 0.0, 0, 0, 0
+    change, unmet, fallbacks, compared = 0.0, 0, 0, 0
     apart, in_rows = (0.0, 0.0) if cascade else (np.nan, np.nan)
     for tick in range(len(q)):
         resolution = control.step(q[tick], of.aim(tick), v[tick - 1] if tick else None)
         change = max(change, float(np.abs(resolution.v - v[tick]).max()))
-        unproven += not resolution.kkt_met()
+        unmet += not resolution.kkt_met()
         fallbacks += resolution.fallback is not None
         if cascade:
             other, _ = cascade(resolution.problem)
@@ -131,7 +129,7 @@ def examine(of: Subject, q: Array, v: Array, response: float) -> Outcome:
                 in_rows = max(
                     in_rows, float(np.abs(np.sqrt(problem.weight) * (problem.A @ difference)).max())
                 )
-    return Outcome(of.name, len(q), change, response, unproven, fallbacks, apart, in_rows, compared)
+    return Outcome(of.name, len(q), change, response, unmet, fallbacks, apart, in_rows, compared)
 
 
 def records(commit: str, names: list[str], ticks: int) -> Iterator[tuple[str, Array, Array, float]]:

@@ -101,8 +101,11 @@ def proof(
         int, typer.Option(min=1, metavar="N", help="Number of problems of each family with exact references.")
     ] = 100,
     lies: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Number of problems of each family to lie about.")
-    ] = 20,
+        int,
+        typer.Option(
+            min=0, metavar="N", help="Number of toggled sides, and of planted multipliers, over all families."
+        ),
+    ] = 1000,
     pairs: Annotated[
         int, typer.Option(min=0, metavar="N", help="Number of larger problems of each family.")
     ] = 10,
@@ -113,6 +116,8 @@ def proof(
     seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other problems.")] = 0,
 ) -> None:
     """Judge answers to badly scaled problems by exact references.
+
+    Also lie to the judge, and compare answers to larger problems with each other.
 
     The exit code is 1 if a wrong answer is proven, an error bound is below the true error, or two answers
     differ by more than their bounds.
@@ -125,18 +130,18 @@ def proof(
     from taskopt.bench.scaled_problems import FAMILIES
     from taskopt.report import terminal
 
-    behind, names, tallies = Console(stderr=True), tuple(resolvers or RESOLVERS), []
+    behind, names, tallies, told = Console(stderr=True), tuple(resolvers or RESOLVERS), [], []
     for family in FAMILIES:
         judging, hidden = measure(problems, names, seed, (family,)), not behind.is_terminal
-        steps = track(judging, family, problems, console=behind, transient=True, disable=hidden)
-        tallies += [*steps][-1]
-    told = attempts.Lies()
-    deque(attempts.try_lies(told, lies, seed), maxlen=0)
-    deque(attempts.compare(told, pairs, ("active-set", "hqp/clarabel"), seed), maxlen=0)
+        total = (problems + 1) // 2
+        tallies += [*track(judging, family, total, console=behind, transient=True, disable=hidden)][-1]
+        of_family = deque(attempts.try_lies(family, -(-lies // len(FAMILIES)), seed), maxlen=1)
+        told += of_family or [attempts.Lies(family)]
+        deque(attempts.compare(told[-1], pairs, ("active-set", "hqp/clarabel"), seed), maxlen=0)
     out = terminal()
-    out.print(table(tallies))
-    out.print(f"{verdict(tallies)}\n{told}", highlight=False, markup=False)
-    if not (told.clean and all(tally.clean for tally in tallies)):
+    for shown in (table(tallies), verdict(tallies), attempts.table(told), attempts.verdict(told)):
+        out.print(shown, highlight=False, markup=False)
+    if not all(part.clean for part in (*tallies, *told)):
         raise typer.Exit(1)
 
 

@@ -182,7 +182,10 @@ FAMILIES: dict[str, Draw] = {
     "light rows": _light,
     "dependent rows": _dependent,
 }
-"""Families by name. The first five are ordinary: rows and weights within 10^±3."""
+"""Families by name."""
+
+ORDINARY = tuple(FAMILIES)[:5]
+"""Families with rows and weights within 10^±3."""
 
 
 def scaled_problem(family: str, seed: int, most: int = 6) -> Pair:

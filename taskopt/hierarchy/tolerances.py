@@ -768,3 +768,9 @@ ZERO_ROW = 1e-12
 Smaller: the third row of a planar arm's position, which is zero up to rounding, sends every tick through the
 full search for directions to damp. Larger: a row that a posture makes small is left out of the test.
 """
+
+PLANTED_MULTIPLIER = 5e-9
+"""Multiplier, relative to the scale of the first level, that `taskopt bench proof` plants on a bound.
+
+Smaller: fewer lies free a sign, since noise hides their multipliers. Larger: KKT residuals show the lie.
+"""

@@ -25,7 +25,7 @@ def test_the_first_ticks_of_a_motion_have_the_velocities_of_pink(name: str) -> N
     """An arm and a walking robot; every tick is proven, and pink solves it, too."""
     found = outcomes(name, 60)
     assert not isinstance(found, str)
-    assert (found[0].ticks, found[0].proven, found[0].solved) == (60, 60, 60)
+    assert (found[0].ticks, found[0].claimed, found[0].solved) == (60, 60, 60)
     assert found[0].apart.max() < 1e-8
 
 
@@ -54,6 +54,6 @@ def test_motions_whose_robot_is_not_at_hand_say_so() -> None:
 def test_the_line_of_an_outcome_states_what_each_did() -> None:
     """Numbers of ticks, differences of both ways, and the reasons."""
     out = Outcome("from its start", 10, 9, 8, np.full((8, 2), 1e-3), Counter(a=1), Counter(b=2))
-    assert "ours proven 9 of 10, pink solved 8; in one level 1e-03" in str(out)
+    assert "ours claimed 9 of 10, pink solved 8; in one level 1e-03" in str(out)
     assert "ours, 1 ticks: a" in str(out)
     assert difference(np.array([1.0, 2.0]), np.array([1.0, 4.0])) == 0.5

@@ -46,7 +46,7 @@ def test_velocities_of_a_short_run_are_reproduced() -> None:
 
 @pytest.mark.parametrize(
     "fault",
-    [{"change": 1e-11}, {"unproven": 1}, {"apart": 1e-8, "apart_in_rows": 1e-8}],
+    [{"change": 1e-11}, {"unmet": 1}, {"apart": 1e-8, "apart_in_rows": 1e-8}],
     ids=lambda fault: next(iter(fault)),
 )
 def test_planted_faults_are_not_accepted(fault: dict[str, float]) -> None:
@@ -64,7 +64,7 @@ def test_only_saturated_cases_are_compared_with_the_cascade() -> None:
         "W2xs",
         "W2xh",
     ]
-    assert replace(FINE, unproven=1, apart=np.nan).accepted
+    assert replace(FINE, unmet=1, apart=np.nan).accepted
 
 
 def test_a_recording_ends_at_the_first_conflict() -> None:

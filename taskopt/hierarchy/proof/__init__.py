@@ -6,6 +6,7 @@
 from taskopt.hierarchy.proof.judgement import UNDECIDED as UNDECIDED
 from taskopt.hierarchy.proof.judgement import Judgement as Judgement
 from taskopt.hierarchy.proof.judgement import Verdict as Verdict
+from taskopt.hierarchy.proof.judging import Judge as Judge
 from taskopt.hierarchy.proof.judging import judge as judge
 from taskopt.hierarchy.proof.prover import Optimum as Optimum
 from taskopt.hierarchy.proof.prover import prove as prove

@@ -11,6 +11,7 @@ from taskopt.hierarchy.proof.exact_span import ExactSpan
 from taskopt.hierarchy.proof.linear import inverse
 from taskopt.hierarchy.proof.scaled import Scaled
 from taskopt.hierarchy.tolerances import DEPENDENCE_TESTED, REGAINED
+from taskopt.jit import kernel
 
 
 @dataclass(eq=False)
@@ -25,9 +26,11 @@ class Basis:
         doubtful: Rows that are independent, but only by rounding.
         contradictory: Hard rows that depend on others with another right-hand side.
         tangled: Hard rows that take part in any dependence.
-        directions: Orthonormal directions of the independent rows in the metric of the norm, (r, n).
+        directions: Orthonormal directions of the independent rows in the metric of the norm, (n + 1, n), of
+            which the first r are in use.
     """
 
+    directions: Array
     rows: list[int] = field(default_factory=list)
     ends: list[int] = field(default_factory=list)
     dependent: list[list[int]] = field(default_factory=list)
@@ -35,7 +38,6 @@ class Basis:
     doubtful: list[int] = field(default_factory=list)
     contradictory: list[int] = field(default_factory=list)
     tangled: set[int] = field(default_factory=set)
-    directions: list[Array] = field(default_factory=list)
 
 
 def choose_basis(problem: Scaled, held: Mask, bound: Array, *, assume: bool) -> Basis:
@@ -60,34 +62,27 @@ class _Choice:
 
     def __init__(self, problem: Scaled, bound: Array, assume: bool) -> None:
         self.problem, self.bound, self.assume = problem, bound, assume
-        self.basis, self.rest = Basis(), problem.directions.copy()
+        self.basis, self.rest = Basis(np.zeros((problem.n + 1, problem.n))), problem.directions.copy()
+        self.length = np.linalg.norm(self.rest, axis=1)
+        self.first = (problem.level == 0) & problem.equality
         self._span: ExactSpan | None = None
 
     def of(self, held: Mask) -> Basis:
         """Go through the levels in order."""
         problem = self.problem
         for k in range(problem.levels + 1):
-            waiting = np.flatnonzero(held & (problem.level == k) & ~problem.zero).tolist()
+            waiting = held & (problem.level == k) & ~problem.zero
             self.basis.dependent.append([])
-            while waiting:
-                i = self._next(waiting)
-                waiting.remove(i)
+            for _ in range(int(waiting.sum())):
+                i = next_row(self.length, problem.pull, self.first, waiting)
+                waiting[i] = False
                 self._place(i, k)
             self.basis.ends.append(len(self.basis.rows))
         return self.basis
 
-    def _next(self, waiting: list[int]) -> int:
-        """Return the row that adds most: an equality of the hard rows first, nearly dependent rows last."""
-        problem, rows = self.problem, np.array(waiting)
-        rest = np.linalg.norm(self.rest[rows], axis=1)
-        score = rest**2 * problem.pull[rows]
-        first = (problem.level[rows] == 0) & problem.equality[rows]
-        order = np.lexsort((score, first, rest > DEPENDENCE_TESTED))
-        return int(rows[order[-1]])
-
     def _place(self, i: int, k: int) -> None:
         """Put a row among the independent or among the dependent ones."""
-        basis, rest = self.basis, float(np.linalg.norm(self.rest[i]))
+        basis, rest = self.basis, float(self.length[i])
         full = len(basis.rows) == self.problem.n
         if rest > DEPENDENCE_TESTED and not full:
             self._take(i)
@@ -125,18 +120,59 @@ class _Choice:
         return self._span
 
     def _take(self, i: int) -> None:
-        """Make a row independent, and subtract its direction from all others, twice against rounding."""
-        direction = self.rest[i].copy()
-        for _ in range(2):
-            for other in self.basis.directions:
-                direction -= (other @ direction) * other
-            length = float(np.linalg.norm(direction))
-            direction /= length if length > 0.0 else 1.0  # rounding may leave nothing of a doubtful row
+        """Make a row independent."""
         if self._span is not None:
             self._span.add(i, self.problem.A[i], self.bound[i])
+        take_direction(self.rest, self.length, self.basis.directions, len(self.basis.rows), i)
         self.basis.rows.append(i)
-        self.basis.directions.append(direction)
-        self.rest -= np.outer(self.rest @ direction, direction)
+
+
+@kernel
+def next_row(length: Array, pull: Array, first: Mask, waiting: Mask) -> int:
+    """Choose the row that adds most: an equality of the hard rows first, nearly dependent rows last.
+
+    Args:
+        length: What each row has outside the span of the independent ones, relative to its length, (N,).
+        pull: Weight of each row times the square of its length, (N,).
+        first: True for equalities of the hard rows, (N,).
+        waiting: True for the rows to choose from, of which there is one, (N,).
+
+    Returns:
+        The index of the row.
+    """
+    best, most = -1, (False, False, 0.0)
+    for i in range(length.size):
+        if waiting[i]:
+            score = length[i] > DEPENDENCE_TESTED, first[i], length[i] * length[i] * pull[i]
+            if best < 0 or score >= most:
+                best, most = i, score
+    return best
+
+
+@kernel
+def take_direction(rest: Array, length: Array, directions: Array, count: int, i: int) -> None:
+    """Add the direction of a row to the orthonormal ones, and subtract it from all rows.
+
+    It is made orthogonal to the others twice, against rounding.
+
+    Args:
+        rest: The parts of the rows outside the span of the directions, (N, n).
+        length: Their lengths, (N,).
+        directions: Orthonormal directions in its first `count` rows; receives one more.
+        count: Number of directions so far.
+        i: The row.
+    """
+    direction = directions[count]
+    direction[:] = rest[i]
+    for _ in range(2):
+        for other in range(count):
+            direction -= (directions[other] @ direction) * directions[other]
+        size = np.sqrt(direction @ direction)
+        if size > 0.0:  # rounding may leave nothing of a doubtful row
+            direction /= size
+    for a in range(length.size):
+        rest[a] -= (rest[a] @ direction) * direction
+        length[a] = np.sqrt(rest[a] @ rest[a])
 
 
 def inverse_of(problem: Scaled, basis: Basis) -> Enclosure | None:
@@ -153,7 +189,7 @@ def inverse_of(problem: Scaled, basis: Basis) -> Enclosure | None:
     r, n = len(basis.rows), problem.n
     completion = np.zeros((0, n))
     if r < n:
-        taken = np.array(basis.directions).reshape(r, n).T
+        taken = basis.directions[:r].T
         completion = np.linalg.qr(taken, mode="complete")[0][:, r:].T @ problem.root.T
     B = problem.A[basis.rows]
     V = inverse(np.vstack([B, completion]))

@@ -4,9 +4,9 @@ A double-double number is an unevaluated sum high + low of two doubles with |low
 enclosure is an array (3, …) of high, low and a radius: the exact number lies within `radius` of high + low.
 Each operation adds its own rounding error to the radius, so that the result encloses the exact result.
 
-Source: Joldes, Muller and Popescu (2017), ACM Trans. Mathematical Software 44(2), Algorithms 6 and 9, with
-relative errors of at most 3u²/(1 − 4u) and 7u²; Muller and Rideau (2022), ACM TOMS 48(1), who prove them by
-machine; Dekker (1971), Numerische Mathematik 18, for the exact product.
+Source: Joldes, Muller and Popescu (2017), ACM Trans. Mathematical Software 44(2), Algorithms 6 and 10, the
+first with a relative error of at most 3u²/(1 − 4u); `docs/certificate.md` derives 8u² for the second. Dekker
+(1971), Numerische Mathematik 18, for the exact product.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ def add_pairs(a: float, a_low: float, b: float, b_low: float) -> tuple[float, fl
 
 @kernel_exact
 def multiply_pairs(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
-    """Return the product of two double-double numbers, with a relative error of at most 7u².
+    """Return the product of two double-double numbers, with a relative error of at most 8u² (1 + 20u).
 
     Args:
         a: Upper part of the first number.
@@ -160,8 +160,8 @@ def multiply_arrays(a: Array, b: Array) -> Array:
 def multiply_matrices(a: Array, b: Array) -> Array:
     """Multiply two matrices of enclosures.
 
-    The rounding error of a sum of p products, one after the other, is at most γ_p = pε/(1 − pε) times the sum
-    of the magnitudes of the products (Higham 2002, Sect. 3.1), where ε bounds the relative error of one
+    The rounding error of a sum of p products, one after the other, is at most pε times the sum of
+    the magnitudes of the products (docs/certificate.md), where ε bounds the relative error of one
     product and of one sum.
 
     Args:

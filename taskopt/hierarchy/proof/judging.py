@@ -31,12 +31,50 @@ def judge(
     Raises:
         InvalidValue: x has the wrong size, or an entry is NaN.
     """
-    value = number("x", x, (hierarchy.n,))
-    if not np.isfinite(value).all():
-        return Judgement(np.full(hierarchy.n, np.inf), Verdict.REFUTED, (), "An entry of x is not finite.")
-    prover = Prover(hierarchy)
-    near = near_bounds(hierarchy, value)
-    hints = [near] if state is None else [np.array(state, dtype=np.int8), near]
+    return Judge(hierarchy)(x, state, accuracy=accuracy)
+
+
+class Judge:
+    """The judge of any number of answers to one problem, which proves each active set only once.
+
+    Args:
+        hierarchy: The problem; it must not change.
+        search: False to try only the hint itself, not the active sets that its proof leads to, nor the bounds
+            that x is near.
+    """
+
+    def __init__(self, hierarchy: Hierarchy, *, search: bool = True) -> None:
+        self._hierarchy, self._prover = hierarchy, Prover(hierarchy, search=search)
+        self._search = search
+
+    def __call__(
+        self, x: ArrayLike, state: StateArray | None = None, *, accuracy: float = ACCURACY
+    ) -> Judgement:
+        """Judge an answer; see `judge`.
+
+        Args:
+            x: The unknowns, (n,).
+            state: Active set as a hint, (n + M,); None to take the bounds that x is near.
+            accuracy: Error of an entry relative to max(1, its magnitude) that is asked for.
+
+        Returns:
+            The judgement.
+
+        Raises:
+            InvalidValue: x has the wrong size, or an entry is NaN.
+        """
+        n = self._hierarchy.n
+        value = number("x", x, (n,))
+        if not np.isfinite(value).all():
+            return Judgement(np.full(n, np.inf), Verdict.REFUTED, (), "An entry of x is not finite.")
+        hints = [] if state is None else [np.array(state, dtype=np.int8)]
+        if self._search or not hints:
+            hints.append(near_bounds(self._hierarchy, value))
+        return _judged(self._prover, hints, value, accuracy)
+
+
+def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: float) -> Judgement:
+    """Judge x by the enclosure that one of the hints leads to."""
     exact = _first_proven(prover, hints, assume=False)
     judgement = _by_distance(exact, value, accuracy)
     if judgement.proven or not exact.doubtful:

@@ -4,7 +4,7 @@ For any approximate inverse X of M with E = I − X M, ‖E‖∞ ≤ α < 1, bo
 
     |M⁻¹ − V| = |(I − E)⁻¹ X (I − M V)| ≤ (I + |E| (I − |E|)⁻¹) |X| |I − M V|.
 
-Source: Rump (2010), Acta Numerica 19, Sect. 10; Higham (2002), Sect. 14.
+`docs/certificate.md` proves it.
 """
 
 from collections.abc import Callable

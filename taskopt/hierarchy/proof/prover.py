@@ -92,11 +92,15 @@ class Prover:
 
     Args:
         hierarchy: The problem.
+        search: False to try only the active sets that are given, not those that their proofs lead to.
     """
 
-    def __init__(self, hierarchy: Hierarchy) -> None:
+    def __init__(self, hierarchy: Hierarchy, *, search: bool = True) -> None:
         self.problem = Scaled.of(hierarchy)
+        self._search = search
+        self._rounds = _ROUNDS_PER_ROW * len(self.problem.lower) if search else 1
         self._outcomes: dict[tuple[bytes, bool], Outcome] = {}
+        self._proofs: dict[tuple[bytes, bool], tuple[Optimum, list[Pair]]] = {}
 
     def improve(self, state: StateArray, *, assume: bool) -> Optimum:
         """Prove from an active set; where it is refuted, change it as its own proof says.
@@ -108,13 +112,12 @@ class Prover:
         Returns:
             The enclosure.
         """
-        problem = self.problem
         reason = self._unfit()
         if reason:
             return Optimum(reason=reason)
         tried: set[bytes] = set()
         found = Optimum(reason="no active set was found whose optimality can be decided")
-        for _ in range(_ROUNDS_PER_ROW * len(problem.lower)):
+        for _ in range(self._rounds):
             tried.add(state.tobytes())
             found, wrong = self._from(state, assume)
             changes = [self._changed(state, wrong), self._changed(state, wrong[:1])]
@@ -135,7 +138,14 @@ class Prover:
         return ""
 
     def _from(self, state: StateArray, assume: bool) -> tuple[Optimum, list[Pair]]:
-        """Prove from one active set; also return its wrong pairs, those of the hard rows first."""
+        """Prove from one active set, each once; also return its wrong pairs, those of the hard rows first."""
+        key = state.tobytes(), assume
+        if key not in self._proofs:
+            self._proofs[key] = self._proof(state, assume)
+        return self._proofs[key]
+
+    def _proof(self, state: StateArray, assume: bool) -> tuple[Optimum, list[Pair]]:
+        """Return the proof from one active set."""
         undecided: frozenset[Pair] = frozenset()
         while True:
             if len(undecided) > MOST_UNDECIDED:
@@ -159,6 +169,8 @@ class Prover:
                         )
                     kept.append(outcome)
                     more |= outcome.undecided
+                if not self._search and len(undecided | more) > MOST_UNDECIDED:
+                    break  # no other subset can prove this set, and none is asked where to go on
             if more <= undecided:
                 break
             # A row held at one bound whose other bound is undecided might be held at either.
