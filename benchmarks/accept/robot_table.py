@@ -4,7 +4,7 @@
     python benchmarks/accept/robot_table.py FILE …     # these MJCF files alone
 
 Each robot runs ten ticks of 10 ms from the middle of its ranges: its last frame is to move by 1 cm, then its
-joints are to return, within limits of position and speed. A row says how many of the ticks are claimed with small KKT residuals, and
+joints are to return, within limits of position and speed. A row says how many of the ticks are claimed, and
 what the file states and the robot does not have, but for what is true of every MJCF file.
 """
 
