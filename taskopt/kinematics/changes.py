@@ -11,7 +11,7 @@ from taskopt.arrays import positive, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.gate import LevelEnabled
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
-from taskopt.kinematics.redirection import TargetParameter
+from taskopt.kinematics.redirection import TargetParameter, VelocityTarget
 
 
 class Changes:
@@ -91,7 +91,7 @@ class Changes:
         return {
             name: parameter.read()
             for name, parameter in self.parameters.items()
-            if not (isinstance(parameter, TargetParameter | LevelEnabled) or name.endswith(".target"))
+            if not isinstance(parameter, TargetParameter | VelocityTarget | LevelEnabled)
         }
 
     def read(self) -> dict[str, Setting]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
-from taskopt.kinematics.parameter import Ramp, Setting
+from taskopt.kinematics.parameter import Numbers, Ramp, Setting
 from taskopt.kinematics.space import Space, Value, plain
 from taskopt.kinematics.target import Course, Function, Hold, Target
 
@@ -124,6 +124,10 @@ class TargetParameter:
     def read(self) -> Array:
         """Return the desired value, as of the last tick."""
         return self._goal.copy()
+
+
+class VelocityTarget(Numbers):
+    """A target that is a velocity, which its task remembers by itself, as those with other targets do."""
 
 
 def still(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (a `Course`)

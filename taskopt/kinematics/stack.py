@@ -386,7 +386,10 @@ class Plan:
             found[address] = LevelEnabled(address, gates)
         for name, limit in zip(numbered(limit.name for limit in self.limits), self.limits, strict=True):
             for attribute, p in limit.adjustable().items():
-                found[f"{name}.{attribute}"] = Followed(p, self._write_base_box) if limit.constant else p
+                address = f"{name}.{attribute}"
+                if address in found:
+                    raise InvalidValue(f"'{name}' is the name of a task and of a limit; rename one of them")
+                found[address] = Followed(p, self._write_base_box) if limit.constant else p
         return found
 
     def _write_base_box(self) -> None:

@@ -26,6 +26,7 @@ from taskopt import (
     Line,
     ObstacleLimit,
     PositionTask,
+    SelfCollisionLimit,
     Sphere,
     Stack,
     UnknownName,
@@ -162,7 +163,22 @@ def test_a_task_comes_back_as_it_was(what: DampingTask | GradientTask) -> None:
     assert not control.plan.altered
 
 
+BALL = Sphere(goal(Configuration(robot("panda"), generic_q(robot("panda"), 7)), "panda_hand")[:3, 3], 0.02)
+TOUCHING = [("panda_hand", "panda_link5")]
 LIMITS = (
+    (
+        "obstacle.margin",
+        ObstacleLimit(BALL, margin=0.001),
+        ObstacleLimit(BALL, margin=0.01, influence=0.109),
+        0.01,
+    ),
+    ("obstacle.gain", ObstacleLimit(BALL), ObstacleLimit(BALL, gain=0.01), 0.01),
+    (
+        "self_collision.margin",
+        SelfCollisionLimit(pairs=TOUCHING, influence=0.4),
+        SelfCollisionLimit(pairs=TOUCHING, margin=0.2, influence=0.59),
+        0.2,
+    ),
     ("joint_position.margin", JointPositionLimit(0.02), JointPositionLimit(0.02, margin=1.4), 1.4),
     ("joint_position.gain", JointPositionLimit(), JointPositionLimit(gain=0.01), 0.01),
     ("joint_velocity.scale", JointVelocityLimit(), JointVelocityLimit(scale=0.05), 0.05),

@@ -7,22 +7,24 @@ step.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from reprlib import repr as shortened
 from typing import cast
 
 import numpy as np
 
-from taskopt.arrays import Array, finite, positive
+from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.hierarchy.tolerances import CONTACT
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
+from taskopt.kinematics.collision.pairs import Margins, pair_margins
 from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
 from taskopt.kinematics.limit.moving_obstacles import Mover
-from taskopt.kinematics.parameter import Parameter
+from taskopt.kinematics.parameter import Numbers, Parameter, one_number
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,6 @@ class BoundDistance(RowLimit, BoundLimit):
         margin: Least distance of pairs that have no margin of their own [m].
         margins: Least distance of each pair, (P,) [m].
         influence: Distance at which braking begins at that margin [m].
-        gain: κ.
         dt: Δt [s].
         speeds: v̄ of each velocity, (nv,) [rad/s, m/s].
         jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
@@ -128,18 +129,17 @@ class BoundDistance(RowLimit, BoundLimit):
         BoundLimit.__init__(self, name)
         self.pair_names = collision.names
         self.distances = Distances(collision)
-        self.margin, self.influence, self.gain = braking.margin, braking.influence, braking.gain
+        self.margin, self.influence, self._gain = braking.margin, braking.influence, np.array([braking.gain])
         self.dt = dt
         self.speeds = nominal_speeds(collision.robot)
         self.known = np.zeros((len(Pair), len(collision.pairs)))
-        farthest = self.influence + max(0.0, 0.0 if margins is None else float(np.max(margins)) - self.margin)
-        self.known[: Pair.RESERVE] = step_losses(collision, dt, farthest)
         self.margins: Array = self.known[Pair.MARGIN]
         self.margins[:] = self.margin if margins is None else margins
-        self.known[Pair.INFLUENCE] = self.margins + (self.influence - self.margin)
         _, self.jump, self.bend, self.reserve, *_ = self.known
         self.movers = tuple(movers)
-        self._make_reserve()
+        self._farthest = self._known_to = 0.0
+        self._use_margins(self.margins)
+        BoundDistance.renew(self)
         self.share: Array = np.empty(collision.robot.nv)
         self._bounds = SpeedBounds(name, collision.robot.nv)
 
@@ -153,12 +153,40 @@ class BoundDistance(RowLimit, BoundLimit):
         longer = dt / self.dt
         self.known[: Pair.RESERVE] *= np.array([[longer], [longer], [longer * longer]])
         self.dt = dt
-        self._make_reserve()
+        self.renew()
 
-    def _make_reserve(self) -> None:
-        """Compute the reserve of each pair."""
-        half = 0.5 * (self.known[Pair.INFLUENCE] - self.known[Pair.MARGIN])
-        self.reserve[:] = np.minimum(self.jump + 2.0 * self.bend, half)
+    @property
+    def gain(self) -> float:
+        """κ."""
+        return float(self._gain[0])
+
+    def renew(self) -> None:
+        """Compute what follows from margins, gain and Δt."""
+        if self._farthest > self._known_to:  # the losses of a step are known for pairs nearer than this only
+            self._known_to = self._farthest
+            self.known[: Pair.RESERVE] = step_losses(self.distances.collision, self.dt, self._farthest)
+        way = self.influence - self.margin
+        self.known[Pair.INFLUENCE] = self.margins + way
+        self.reserve[:] = np.minimum(self.jump + 2.0 * self.bend, 0.5 * way)
+
+    def _use_margins(self, margin: ArrayLike | Margins) -> Array | float:
+        """Return a checked margin for each pair, (P,), or one for all [m]; the losses must reach as far."""
+        if isinstance(margin, Mapping):
+            each = pair_margins(self.pair_names, self.margin, margin)
+        else:
+            each = finite(f"margin of '{self.name}'", margin, (None,) if np.ndim(margin) else ())
+        if (each < 0.0).any() or each.size not in (1, len(self.margins)):
+            raise InvalidValue(
+                f"margin of '{self.name}' must be ≥ 0, one number or one for each of {len(self.margins)} "
+                f"pairs, got {shortened(margin)}"
+            )
+        largest = float(each.max(initial=0.0))
+        self._farthest = max(self._farthest, largest + self.influence - self.margin)
+        return each
+
+    def _one_gain(self, gain: ArrayLike) -> float:
+        """Return a gain that is in its range."""
+        return one_number(f"gain of '{self.name}'", gain, 0.0, 1.0)
 
     def prepare(self, rows: LevelRows) -> None:
         """Open both sides; see `RowPart.prepare`."""
@@ -170,8 +198,13 @@ class BoundDistance(RowLimit, BoundLimit):
             mover.start(t)
 
     def adjustable(self) -> Mapping[str, Parameter]:
-        """Return the pose of each obstacle that moves, such as "ball.pose"; see `Part.adjustable`."""
-        return {f"{mover.name}.pose": mover.adjustable() for mover in self.movers}
+        """Return gain, margin, and the pose of each obstacle that moves, such as "ball.pose"."""
+        poses = {f"{mover.name}.pose": mover.adjustable() for mover in self.movers}
+        numbers: dict[str, Parameter] = {
+            "gain": Numbers(self._gain, self._one_gain, self.renew),
+            "margin": Numbers(self.margins, self._use_margins, self.renew),
+        }
+        return numbers | poses
 
     def recall(self) -> tuple[Array | None, ...]:
         """Return the pose to which each obstacle was set, or None for the others; see `Part.recall`."""

@@ -69,9 +69,9 @@ class BoundNearDistance(BoundDistance):
         count = len(collision.pairs)
         self._served = Served(np.zeros(count, np.bool_), np.full(count, -1, np.int64), self.pair_of_row)
 
-    def retime(self, dt: float) -> None:
-        """Change Δt [s], and the thresholds with it; see `Part.retime`."""
-        super().retime(dt)
+    def renew(self) -> None:
+        """Compute what follows from margins, gain and Δt, the thresholds among it."""
+        super().renew()
         self.threshold[:] = _thresholds(self.known, self.gain)
         listed = self.distances.between
         self.share_beyond[:] = _share_beyond(self.known, self.threshold, listed, self.gain, self.speeds.size)

@@ -9,7 +9,8 @@ from taskopt.arrays import Array, ArrayLike
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.parameter import Numbers, Parameter
+from taskopt.kinematics.parameter import Parameter
+from taskopt.kinematics.redirection import VelocityTarget
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PostureSpace, Value
 from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
@@ -144,7 +145,7 @@ class BoundJointVelocities(_BoundUnitRows):
 
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return the velocities, as "target"; see `Part.adjustable`."""
-        return {"target": Numbers(self._velocity, self._space.convert_rate, self._drop_function)}
+        return {"target": VelocityTarget(self._velocity, self._space.convert_rate, self._drop_function)}
 
     def recall(self) -> Array | None:
         """Return the velocities, or None while a function of time gives them; see `Part.recall`."""
