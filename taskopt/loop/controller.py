@@ -131,6 +131,7 @@ class Controller:
             <task>.enabled    False takes the task out of its level
             level <k>.enabled        the same for all tasks of the k-th level
             obstacle.<name>.pose     pose of an obstacle that the limit names in `moving`, likewise a `Target`
+            obstacle.margin          of all pairs, or by names as in `ObstacleLimit(margins=…)`
             joint_position.margin    and whatever else `parameters` lists
 
         Args:
