@@ -18,7 +18,7 @@ L Lᵀ = B Bᵀ) less the norm of the change of B since. What a new factorisatio
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray, StateArray
+from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.hierarchy.tolerances import REST_LEAST, ZERO_ROW
 from taskopt.hierarchy.view import Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
@@ -176,9 +176,7 @@ def _held_rows(
 ) -> int:
     """Write the rows B up to level size[0], and return their number; −1 if there are more than n."""
     n, count, groups = x.size, 0, watch[_ROWS + x.size**2 :]
-    speed, near = np.sqrt(np.dot(x, x)), np.empty(n)
-    for j in range(n):
-        near[j] = 0.0 if _is_near(problem, base, j, speed) else 1.0
+    near = near_limits(problem.box_lower, problem.box_upper, base, np.sqrt(np.dot(x, x)))
     for k in range(size[0] + 1):
         for i in range(problem.offsets[k], problem.offsets[k + 1]):
             curved = groups[i] > 0.0
@@ -194,7 +192,7 @@ def _held_rows(
                 return -1
             scale = 1.0 if curved else size[1] / max(length, ZERO_ROW)
             for j in range(n):
-                B[count, j] = scale * near[j] * problem.A[i, j]
+                B[count, j] = 0.0 if near[j] else scale * problem.A[i, j]
             count += 1
     return count
 
@@ -206,10 +204,21 @@ def _is_held(problem: Rows, state: StateArray, i: int) -> bool:
 
 
 @kernel
-def _is_near(problem: Rows, base: Array, j: int, speed: float) -> bool:
-    """Return True if a limit that depends on the posture may hold x_j, at velocities up to `speed`."""
-    low, high, n = problem.box_lower[j], problem.box_upper[j], problem.box_lower.size
-    return (low > base[j] and -low <= speed) or (high < base[n + j] and high <= speed)
+def near_limits(box_lower: Array, box_upper: Array, base: Array, speed: float) -> Mask:
+    """Return which unknowns a limit that depends on the posture may hold, at velocities up to a speed.
+
+    Args:
+        box_lower: Lower bounds of x, (n,).
+        box_upper: Upper bounds of x, (n,).
+        base: As of `rank_in_doubt`.
+        speed: Largest size of a velocity that counts [unit of x].
+
+    Returns:
+        True for each such unknown, (n,).
+    """
+    n = box_lower.size
+    lower = (box_lower > base[:n]) & (-box_lower <= speed)
+    return lower | ((box_upper < base[n:]) & (box_upper <= speed))
 
 
 @kernel

@@ -137,6 +137,7 @@ class Plan:
         hierarchy: The hierarchy that `at` fills.
         layout: Names and sizes of the hierarchy.
         groups: Groups of rows whose A changes with the posture, (M,), see `taskopt.hierarchy.rest_layout`.
+        speed_owners: Numbers of the owners of bounds that depend on the posture and limit speeds only.
         fill: Compiled function that calls the kernels of all parts, see `taskopt.kinematics.plan`.
         tick: Arguments of `fill`.
     """
@@ -413,6 +414,7 @@ class Plan:
         starts = accumulate((len(limit.owners) for limit in boxes), initial=1)
         owned = tuple(zip(boxes, starts, strict=False))
         self._constant_bounds = [(limit.narrow, owner) for limit, owner in owned if limit.constant]
+        self.speed_owners = tuple(owner for limit, owner in owned if limit.of_speed and not limit.constant)
         varying: list[tuple[Part, int]] = [(part, block.start) for part, block in parts if not part.constant]
         varying += [(limit, owner) for limit, owner in owned if not limit.constant]
         compiled = compiled_tick(

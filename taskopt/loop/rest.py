@@ -11,7 +11,7 @@ never taken to hold a joint, since they stop no robot at rest.
 import numpy as np
 
 from taskopt.arrays import Array, Mask, StateArray
-from taskopt.hierarchy.rank_doubt import rank_in_doubt
+from taskopt.hierarchy.rank_doubt import near_limits, rank_in_doubt
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.rest import Directions, damped_directions, free_rows, null_space
 from taskopt.hierarchy.rest_layout import RestLayout
@@ -113,18 +113,27 @@ class Rest:
     def _held(self, state: StateArray) -> tuple[Mask, Mask]:
         """Return which unknowns limits on positions hold, (n,), and which hard rows hold, (m,)."""
         h, base = self._hierarchy, base_box(self._plan.tick)
-        side = state[: h.n]
-        joints = ((side < 0) & (h.box_lower > base[0])) | ((side > 0) & (h.box_upper < base[1]))
+        side, (lower, upper) = state[: h.n], self._stops()
+        joints = ((side < 0) & (lower > base[0])) | ((side > 0) & (upper < base[1]))
         hard = h.layout.rows_of_level(0)
         rows = (state[h.n :][hard] != 0) | (h.lower[hard] == h.upper[hard])
         return joints | (h.box_lower == h.box_upper), rows
 
     def _near(self, x: Array) -> Mask:
         """Return which unknowns a limit on positions may hold at velocities such as those of x, (n,)."""
-        h, base = self._hierarchy, base_box(self._plan.tick)
         speed = max(_LEAST_SPEED, float(np.linalg.norm(x)))
-        lower = (h.box_lower > base[0]) & (-h.box_lower <= speed)
-        return lower | ((h.box_upper < base[1]) & (h.box_upper <= speed))
+        return near_limits(*self._stops(), base_box(self._plan.tick)[:2].ravel(), speed)
+
+    def _stops(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of x without those that limit speeds only, each (n,).
+
+        Near an obstacle a distance limit narrows the speeds of all joints, with the posture; it holds none.
+        """
+        h, owners = self._hierarchy, self._plan.speed_owners
+        return (
+            np.where(np.isin(h.owner[0], owners), -np.inf, h.box_lower),
+            np.where(np.isin(h.owner[1], owners), np.inf, h.box_upper),
+        )
 
     def _moved(self, level: int) -> Mask:
         """Return which unknowns move the curved rows of a level, (n,)."""

@@ -1,6 +1,6 @@
 """Rest: a robot whose still target cannot be met stands still, and its hierarchy says what damps it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache
@@ -11,6 +11,7 @@ from cases import benchmark_case
 from scipy.optimize import lsq_linear
 
 from taskopt import (
+    Configuration,
     Controller,
     FrameTask,
     Hierarchy,
@@ -25,6 +26,7 @@ from taskopt import (
     RestDamping,
     Robot,
     Scenario,
+    SelfCollisionLimit,
     Stack,
     planar_arm,
     resolve,
@@ -33,6 +35,7 @@ from taskopt import (
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
 from taskopt.hierarchy.rest import damped_directions, free_rows, null_space
+from taskopt.kinematics.limit.bound_distance import SpeedBounds
 from taskopt.loop.rest import Rest
 
 BLOCKED, STRETCHED = (0.05, 0.0, 0.3), (1.2, 0.2, 0.6)  # [m] behind a joint limit, and out of reach
@@ -62,7 +65,7 @@ def steps(
     return tuple(found), control
 
 
-def last_jump(found: tuple[Resolution, ...], ticks: int = 50) -> float:
+def last_jump(found: Sequence[Resolution], ticks: int = 50) -> float:
     return float(np.abs(np.diff([tick.v for tick in found[-ticks:]], axis=0)).max())
 
 
@@ -270,3 +273,29 @@ def test_planted_lie_damping_that_is_left_out(monkeypatch: pytest.MonkeyPatch) -
         found.append(control.step(q, k * DT))
         q = panda().integrate(q, found[-1].v, DT)
     assert last_jump(tuple(found)) > 1.0
+
+
+SELF_TARGET = (-0.779, -0.556, -0.353, -2.206, -2.13, 0.957, 2.813)  # [rad]; its hand is then moved inwards
+SELF_START = (-1.368, 0.35, 0.559, -2.749, -0.691, 1.017, -1.675)  # near the rest that follows
+
+
+def self_jump(*, damped: bool = True) -> float:
+    """Return the largest last change of a velocity of an arm whose hand is asked into its base."""
+    pose = Configuration(panda(), np.array(SELF_TARGET)).pose("panda_hand_tcp").copy()
+    pose[:3, 3] *= 0.3
+    hand = FrameTask("panda_hand_tcp", target=pose, gain=5.0)
+    limits = [JointPositionLimit(), JointVelocityLimit(), SelfCollisionLimit()]
+    stack = Stack([[hand], [JointTask()]], limits, damping=RestDamping() if damped else None)
+    control, q, found = Controller(panda(), stack, dt=DT), np.array(SELF_START), []
+    for k in range(80):
+        found.append(control.step(q, k * DT))
+        q = panda().integrate(q, found[-1].v, DT)
+    return last_jump(found)
+
+
+def test_an_arm_rests_at_its_limit_on_self_collision(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That limit narrows the speeds of joints, too, which holds none of them; taken to hold, all jump on."""
+    assert self_jump() < 1e-3
+    assert self_jump(damped=False) > 1.0
+    monkeypatch.setattr(SpeedBounds, "of_speed", False)
+    assert self_jump() > 1.0

@@ -22,7 +22,12 @@ class BoundLimit(Part):
     Args:
         name: Name of the limit.
         owners: Names that a bound of this limit may have, one for each reason. None: the name of the limit.
+
+    Attributes:
+        of_speed: True if the bounds limit speeds only, −w ≤ v ≤ w, so that they hold no robot that rests.
     """
+
+    of_speed: bool = False
 
     def __init__(self, name: str, owners: Sequence[str] | None = None) -> None:
         self.name = name

@@ -72,6 +72,8 @@ class SpeedBounds(BoundLimit):
         nv: Number of velocities.
     """
 
+    of_speed = True
+
     def __init__(self, name: str, nv: int) -> None:
         super().__init__(name)
         self.kernel = narrow_to_speeds
