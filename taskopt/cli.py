@@ -236,7 +236,9 @@ def figures(
 
 @app.command()
 def pose(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="A robot that `taskopt list` shows.")],
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="A robot that `taskopt list` shows, or a robot file.")
+    ],
     frame: Annotated[str, typer.Option(metavar="FRAME", help="The frame that is to be there.")],
     at: Annotated[
         str,
@@ -257,7 +259,8 @@ def pose(
         goal = [float(part) for part in at.split(",")]
     except ValueError as error:
         raise InvalidValue(f"--at must be numbers separated by commas, got '{at}'") from error
-    found = solve_pose(Robot.load(robot), {frame: goal})
+    readers = {".xml": Robot.from_mjcf, ".urdf": Robot.from_urdf, ".xacro": Robot.from_urdf}
+    found = solve_pose(readers.get(Path(robot).suffix, Robot.load)(robot), {frame: goal})
     typer.echo(" ".join(f"{value:.9g}" for value in found.q))
     typer.echo(f"{found.verdict.name}: {found.reason}")
     raise typer.Exit(0 if found.solved else 1)

@@ -53,7 +53,15 @@ class Blend:
             space.move(towards, u * (1.0 - u) ** 2 * duration * rate, out)
             return out
 
-        return Function(value).start(space, first, t)
+        moving, end = Function(value).start(space, first, t), value(t + duration)
+
+        def course(now: float, out: Array, rate: Array) -> bool:
+            if now - t < duration:
+                return moving(now, out, rate)
+            out[...] = end
+            return False
+
+        return course
 
 
 def go_on(target: Target, course: Course, space: Space, goal: Array, t: float) -> Course:

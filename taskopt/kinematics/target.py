@@ -348,19 +348,20 @@ class Latest:
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (it has no time)
         """Begin the course at the time t [s], see `Target.start`."""
         seen: tuple[Array | None, Array | None] | None = None
+        written: Array | None = None  # the array that has the rate
         start = start.copy()
 
         def course(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (it has no time)
-            nonlocal seen
+            nonlocal seen, written
             now = self._now
-            if now is not seen:
+            if now is not seen or rate is not written:
                 if now[0] is None:
                     value[...] = start
                 else:
                     space.take(now[0], start, value)
                 if now[1] is not None:
                     space.take_rate(now[1], rate)
-                seen = now
+                seen, written = now, rate
             return now[1] is not None
 
         return course

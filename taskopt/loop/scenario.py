@@ -169,6 +169,9 @@ def _existing(path: Path) -> Path:
     folder = path.parent if path.parent != Path() and path.parent.is_dir() else FOLDER
     stems = {file.stem: str(file) for file in scenario_files(folder)}
     near = [stems[stem] for stem in get_close_matches(path.stem, stems, n=3, cutoff=0.5)]
-    there = f"there is {', '.join(stems.values())}" if stems else f"there are no scenarios in {folder}/"
+    demo = "`taskopt run demo` runs one that is in the package"
+    there = (
+        f"there is {', '.join(stems.values())}" if stems else f"there are no scenarios in {folder}/; {demo}"
+    )
     way_out = f"did you mean {', '.join(near)}?" if near else there
     raise MissingFile(f"no scenario file '{path}'; {way_out}")

@@ -64,6 +64,9 @@ def warm_up() -> None:
             control.step(_START, 0.001)
     PoseSolver(_bare_arm(), {"tip": Configuration(_bare_arm(), _START).pose("tip")}).solve()
     Configuration(_bare_arm(), _START).hessian("tip")
+    far = PositionTask("tip", target=(9.0, 0.0, 0.0), axes="xy", gain=5.0)
+    stretched = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
+    Controller(_bare_arm(), stretched).step(np.zeros(4), 0.0)
     for robot, stack in islice(_stacks(), 1):
         Controller(robot, stack, "hqp/daqp").step(_START, 0.001)
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])

@@ -22,6 +22,7 @@ from taskopt import (
     JointRange,
     JointTask,
     JointVelocityLimit,
+    Latest,
     Limit,
     Line,
     ObstacleLimit,
@@ -453,6 +454,27 @@ def test_a_new_target_during_a_blend_does_not_jump(first: float, second: float) 
         for dt in (4e-3, 1e-3)
     ]
     assert jumps[1] < 0.3 * jumps[0]
+
+
+def test_a_blend_goes_on_from_a_target_that_was_set_with_a_velocity() -> None:
+    """The rate of a `Latest` is taken over at the first tick of the blend, and the blend ends at rest."""
+    of, q = robot("panda"), generic_q(robot("panda"), 3)
+    pose = Configuration(of, q).pose("panda_hand")
+    latest = Latest()
+    stack = Stack([[FrameTask("panda_hand", target=latest, gain=2.0, name="hand")]])
+    jumps = []
+    for dt in (4e-3, 1e-3):
+        latest.set(pose, velocity=[0.3, 0.0, -0.2])
+        control = Controller(of, stack, dt=dt)
+        control.start(q)
+        control.step(q, 0.0)
+        before = control.step(q, dt).v.copy()
+        control.set({"hand.target": pose}, over=0.3)
+        jumps.append(float(np.abs(control.step(q, 2.0 * dt).v - before).max()))
+        assert np.abs(before).max() > 0.1
+        control.step(q, 1.0)
+        np.testing.assert_allclose(control.step(q, 1.1).v, 0.0, atol=1e-9)
+    assert max(jumps) < 1e-6
 
 
 def test_a_blend_that_begins_at_rest_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
