@@ -149,6 +149,14 @@ class Resolution:
         """
         return self.certificate.judgement.proven
 
+    def certified(self) -> bool:
+        """Return `proven`; programs from before the bound ask in this way.
+
+        Returns:
+            True if every entry of x is proven.
+        """
+        return self.proven
+
     @property
     def claimed(self) -> bool:
         """True if the resolver claims that this is the optimum."""

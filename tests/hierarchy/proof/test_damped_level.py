@@ -77,4 +77,5 @@ def test_a_set_that_holds_that_bound_leads_nowhere_wrong(tick: Resolution, exact
 def test_what_is_proven_of_that_stack_is_right(tick: Resolution, exact: list[Fraction]) -> None:
     """The answer of the active-set method: proven if and only if it is the exact optimum to 1e-8."""
     assert tick.proven is not is_wrong(tick.x, exact)
+    assert tick.certified() is tick.proven
     assert not is_broken(tick.certificate.judgement, tick.x, exact)
