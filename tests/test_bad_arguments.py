@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import taskopt
-from taskopt import Controller, FrameTask, JointTask, ObstacleLimit, Stack
+from taskopt import Configuration, Controller, FrameTask, JointTask, ObstacleLimit, Scenario, Stack
 from taskopt.errors import InvalidValue, TaskoptError, UnknownName
 from tests.helpers.robots import robot
 
@@ -20,19 +20,24 @@ GOOD: dict[str, dict[str, object]] = {
     "CentreOfMassTask": {},
     "Circle": {"radius": 0.1, "period": 2.0},
     "FrameDistanceLimit": {"frame_a": "panda_hand", "frame_b": "panda_link0", "lower": 0.1},
+    "EulerAngles": {"axes": "ZYZ"},
     "FrameTask": {"frame": "panda_hand"},
     "GazeTask": {"frame": "panda_hand", "target": [1, 0, 0], "half_angle": 0.1},
     "JointAccelerationLimit": {"acceleration": 10.0},
+    "JointRange": {},
     "JointPositionLimit": {},
     "JointTask": {},
     "JointVelocityLimit": {},
     "Line": {"by": [0.1, 0, 0], "duration": 1.0},
+    "LowAccelerationTask": {},
     "LookAtTask": {"frame": "panda_hand", "target": [1, 0, 0]},
     "ObstacleLimit": {"obstacles": []},
     "OrientationTask": {"frame": "panda_hand"},
     "PositionTask": {"frame": "panda_hand"},
+    "RankRule": {},
     "RelativeFrameTask": {"frame": "panda_hand", "root": "panda_link0"},
     "SelfCollisionLimit": {},
+    "SelfDistance": {},
     "Sphere": {"centre": [0, 0, 0], "radius": 0.1},
     "Stack": {"levels": [[JointTask()]]},
 }
@@ -87,6 +92,19 @@ def test_a_time_that_is_none_gives_no_velocity(bad: object) -> None:
         control.step(of.posture("default"), bad)
     assert control.step(of.posture("default"), np.float64(0.0)).claimed
     assert control.step(of.posture("default"), 1).claimed
+
+
+@pytest.mark.parametrize("bad", BAD, ids=NAMES)
+def test_what_is_no_robot_is_named(bad: object) -> None:
+    """By a configuration, a controller and a scenario."""
+    stack = Stack([[JointTask()]])
+    for make in (
+        lambda: Configuration(bad, np.zeros(7)),  # type: ignore[arg-type]
+        lambda: Controller(bad, stack),  # type: ignore[arg-type]
+        lambda: Scenario(robot=bad, q0=np.zeros(7), stack=stack, duration=1.0, dt=0.1),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(InvalidValue, match="must be a Robot"):
+            make()
 
 
 @pytest.mark.parametrize("bad", BAD, ids=NAMES)

@@ -38,7 +38,8 @@ class RankRule:
     regained: float = REGAINED
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.lost <= self.regained < 1.0:
+        both = self.lost, self.regained
+        if not all(isinstance(share, float | int) for share in both) or not 0.0 < both[0] <= both[1] < 1.0:
             raise InvalidValue(f"0 < lost ≤ regained < 1 is needed, got {self.lost} and {self.regained}")
 
     def rank(self, sigma: Array, scale: float, before: int | None = None) -> int:

@@ -67,8 +67,10 @@ class Configuration:
 
         Raises:
             InvalidValue: q has the wrong size, a number that is not finite, or a quaternion that is not of
-                norm 1.
+                norm 1; or the robot is none.
         """
+        if not isinstance(robot, Robot):
+            raise InvalidValue(f"robot must be a Robot, as Robot.load makes one, got {robot!r}")
         robot.require_unchanged()
         self.robot = robot
         self.q: Array = robot.checked_q(q)

@@ -11,6 +11,7 @@ from traceback import extract_tb
 
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue, MissingFile, TaskoptError
+from taskopt.kinematics.binding import require_robot
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
@@ -58,6 +59,7 @@ class Scenario:
     description: str = ""
 
     def __post_init__(self) -> None:
+        require_robot(self.robot)
         positive("dt", self.dt)
         positive("duration", self.duration)
         checked_policy(self.on_conflict)

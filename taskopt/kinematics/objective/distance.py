@@ -116,8 +116,10 @@ class SelfDistance(Nearest):
 
     def __init__(self, temperature: float = 0.01, pairs: Sequence[tuple[str, str]] | None = None) -> None:
         object.__setattr__(self, "temperature", checked_temperature(temperature))
-        chosen = None if pairs is None else tuple((first, second) for first, second in pairs)
-        object.__setattr__(self, "pairs", chosen)
+        listed = () if pairs is None else pairs
+        if not isinstance(listed, Sequence) or not all(isinstance(pair, Sequence) for pair in listed):
+            raise InvalidValue(f"pairs must be names of links, two and two, got {pairs!r}")
+        object.__setattr__(self, "pairs", None if pairs is None else tuple(map(tuple, listed)))
 
     def collision(self, robot: Robot) -> Collision:
         """Return the pairs of links; see `Nearest.collision`.

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, IntArray, bound
+from taskopt.arrays import Array, ArrayLike, IntArray, bound, names_in
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective.base import Objective
@@ -43,7 +43,7 @@ class JointRange(Objective):
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
     ) -> None:
-        object.__setattr__(self, "joints", None if joints is None else tuple(joints))
+        object.__setattr__(self, "joints", None if joints is None else tuple(names_in("joints", joints)))
         object.__setattr__(self, "lower", _numbers("lower", lower))
         object.__setattr__(self, "upper", _numbers("upper", upper))
 

@@ -27,7 +27,7 @@ from taskopt.kinematics.engine import JointModel
 from taskopt.kinematics.robot.couplings import Coupling, chained, narrow_leaders
 from taskopt.kinematics.robot.dropped import warn_of_dropped
 from taskopt.kinematics.robot.mjcf_shapes import shapes_of
-from taskopt.kinematics.robot.parts import Parts
+from taskopt.kinematics.robot.parts import ALWAYS, Parts
 from taskopt.kinematics.robot.xml_file import existing, parse
 
 Compiled = TypeAliasType("Compiled", Any)
@@ -65,13 +65,14 @@ def read_mjcf(path: str | Path) -> Parts:
     couplings, held, unread = _equalities(compiled, tree)
     couplings = chained(file, couplings)
     beyond = narrow_leaders(tree.model, couplings)
-    dropped = (*_lost(compiled, tree), *unread, *beyond, *said, _NO_SPEED)
+    postures, unusual = _postures(compiled, tree)
+    dropped = (*_lost(compiled, tree), *unread, *beyond, *unusual, *said, _NO_SPEED)
     parts = Parts(
         tree.model,
         partial(shapes_of, compiled, tree.joints, tree.offsets, collision=True),
         partial(shapes_of, compiled, tree.joints, tree.offsets, collision=False),
         file.stem,
-        {name: tree.posture(q) for name, q in _keyframes(compiled)},
+        postures,
         couplings,
         dropped,
     )
@@ -226,6 +227,22 @@ def _inertia(compiled: Compiled, body: int) -> pin.Inertia:
     turn = pin.Quaternion(w, x, y, z).normalized().matrix()
     about_centre = turn @ np.diag(compiled.body_inertia[body]) @ turn.T
     return pin.Inertia(float(compiled.body_mass[body]), np.array(compiled.body_ipos[body]), about_centre)
+
+
+def _postures(compiled: Compiled, tree: _Tree) -> tuple[dict[str, Array], list[str]]:
+    """Return the postures by name, and sentences on keyframes that are not as one would expect."""
+    postures: dict[str, Array] = {}
+    unusual: list[str] = []
+    lower, upper = tree.model.lowerPositionLimit, tree.model.upperPositionLimit
+    for name, qpos in _keyframes(compiled):
+        q, own = tree.posture(qpos), name
+        if name in ALWAYS:
+            own = f"keyframe {name}"
+            unusual.append(f"the keyframe '{name}' is the posture '{own}', since every robot has a '{name}'")
+        if name != "qpos0" and ((q < lower) | (q > upper)).any():
+            unusual.append(f"the keyframe '{name}' is outside the ranges of the joints")
+        postures[own] = q
+    return postures, unusual
 
 
 def _keyframes(compiled: Compiled) -> Iterator[tuple[str, Array]]:

@@ -19,6 +19,9 @@ from taskopt.kinematics.robot.rebuild import Rebuilt, has_turning_axes, rebuilt
 Shapes = TypeAliasType("Shapes", GeometryModel | Callable[[], GeometryModel] | None)
 """Shapes, or a function that loads them on first use, or None for no shapes."""
 
+ALWAYS = ("neutral", "middle")
+"""Names of the postures that every robot has."""
+
 
 class Lazy:
     """Shapes that a function loads at their first use.

@@ -20,13 +20,11 @@ from taskopt.kinematics.robot.dh import DHRow, build_dh
 from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
 from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
-from taskopt.kinematics.robot.parts import Parts, Shapes, loaded
+from taskopt.kinematics.robot.parts import ALWAYS, Parts, Shapes, loaded
 from taskopt.kinematics.robot.unheld_limits import unheld_limits
 from taskopt.kinematics.robot.urdf import read_checked, read_urdf
 from taskopt.kinematics.robot.variants import TighterLimits, with_frame, with_limits, without_collision
 from taskopt.kinematics.robot.xacro_file import Argument, expanded_xacro
-
-_ALWAYS = ("neutral", "middle")  # postures that every robot has
 
 
 class Robot:
@@ -449,7 +447,7 @@ class Robot:
     @property
     def parts(self) -> Parts:
         """The parts of the robot, of which `from_parts` makes an equal robot."""
-        postures = {key: posture for key, posture in self.postures.items() if key not in _ALWAYS}
+        postures = {key: posture for key, posture in self.postures.items() if key not in ALWAYS}
         return Parts(
             self.model,
             self._geometry,

@@ -50,9 +50,7 @@ class JointTask(Task):
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        names = () if self.joints is None else self.joints
-        if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) != len(names):
-            raise InvalidValue(f"joints must be different names in a list, got {self.joints!r}")
+        check_distinct(self.joints)
         gains(self.gain, np.size(self.gain))
         weights(self.weight, np.size(self.weight))
 
@@ -81,6 +79,20 @@ class JointTask(Task):
         check_target(self.target, space, robot.neutral)
         bound.attach(as_target(self.target), space)
         return bound
+
+
+def check_distinct(joints: Sequence[str] | None) -> None:
+    """Check that names of joints are a list without repetition.
+
+    Args:
+        joints: Names, or None for the default of a task.
+
+    Raises:
+        InvalidValue: The names are a single text instead of a list, or one name occurs twice.
+    """
+    names = () if joints is None else joints
+    if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) != len(names):
+        raise InvalidValue(f"joints must be different names in a list, got {joints!r}")
 
 
 def one_dof_joints(robot: Robot) -> tuple[str, ...]:

@@ -232,14 +232,19 @@ class Band:
                 not come.
             v: Velocity that the robot has until now, (n,) [rad/s, m/s]; empty where it is not known.
         """
+        opened = openness > BAND_CLOSED
+        if self._reach == 0.0 and not (opened & (openness < 1.0)).any():  # most often; the rest takes longer
+            self.width = np.where(opened, np.inf, 0.0)
+            rows.lower[opened], rows.upper[opened] = -np.inf, np.inf
+            return
         away = np.abs(rows.distance(v)) if v.size else np.zeros(len(openness))
         held = np.isfinite(self.width) & np.isfinite(openness) & (away >= _HELD * self.width)
-        between = (openness > BAND_CLOSED) & ((openness < 1.0) | (held & (self.width > 0.0)))
+        between = opened & ((openness < 1.0) | (held & (self.width > 0.0)))
         if not between.any():
             self._reach = 0.0
         elif self._reach == 0.0:
             self._reach = self._declared or max(reach_of(rows), 2.0 * float(away.max()))
-        self.width = np.where(openness > BAND_CLOSED, np.inf, 0.0)
+        self.width = np.where(opened, np.inf, 0.0)
         self.width[between] = width_of_band(openness[between], self._reach)
         rows.lower[:] -= self.width
         rows.upper[:] += self.width

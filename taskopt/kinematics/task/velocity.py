@@ -14,7 +14,7 @@ from taskopt.kinematics.redirection import VelocityTarget
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import PostureSpace, Value
 from taskopt.kinematics.task.base import BoundTask, Task, rate_units, weights
-from taskopt.kinematics.task.joint import one_dof_joints
+from taskopt.kinematics.task.joint import check_distinct, one_dof_joints
 
 Velocity = Value | Callable[[float], Value]
 
@@ -193,16 +193,3 @@ class BoundLowAcceleration(_BoundUnitRows):
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:  # noqa: ARG002
         """Write the bounds; see `RowPart.fill`."""
         rows.lower[:] = rows.upper[:] = self._last
-
-
-def check_distinct(joints: Sequence[str] | None) -> None:
-    """Check that names of joints are a list without repetition.
-
-    Args:
-        joints: Names, or None for the default of a task.
-
-    Raises:
-        InvalidValue: The names are a single text instead of a list, or one name occurs twice.
-    """
-    if joints is not None and (isinstance(joints, str) or len(set(joints)) != len(joints)):
-        raise InvalidValue(f"joints must be different names in a list, got {joints!r}")

@@ -145,6 +145,22 @@ def test_keyframes_and_the_reference_are_postures(load):
     np.testing.assert_allclose(arm.posture("qpos0")[:3], [0.0, 0.2, np.pi / 6])
 
 
+def test_keyframes_that_are_not_as_one_would_expect_are_said(load):
+    """One has the name of a posture that every robot has, one lies outside the ranges."""
+    text = """<mujoco><worldbody><body><joint name="knee" range="0.2 1" limited="true" axis="0 0 1"/>
+      <geom size="0.1"/></body></worldbody><compiler angle="radian"/>
+      <keyframe><key name="neutral" qpos="0.5"/><key name="far" qpos="3"/></keyframe></mujoco>"""
+    with pytest.warns(DroppedWarning, match="outside the ranges"):
+        arm = load(text)
+    assert arm.posture("keyframe neutral")[0] == 0.5
+    assert arm.posture("neutral")[0] != 0.5
+    assert arm.posture("far")[0] == 3.0
+    assert [line for line in arm.dropped if "keyframe" in line] == [
+        "the keyframe 'neutral' is the posture 'keyframe neutral', since every robot has a 'neutral'",
+        "the keyframe 'far' is outside the ranges of the joints",
+    ]
+
+
 def test_mass_and_its_centre_are_those_of_mujoco(load, tmp_path):
     """Welded bodies count; what stands in the world does not."""
     arm = load(EVERYTHING)
