@@ -37,7 +37,8 @@ class EulerAngles:
         a = self.axes if isinstance(self.axes, str) else ""
         if len(a) != 3 or not set(a) <= set(_LETTERS) or a[0] == a[1] or a[1] == a[2]:
             raise InvalidValue(
-                f"axes must be three letters of XYZ, no two neighbours alike, such as 'ZYZ'; got {self.axes!r}"
+                "axes must be three letters of XYZ, no two neighbours alike, such as 'ZYZ'; "
+                f"got {self.axes!r}"
             )
         if not self.name:
             object.__setattr__(self, "name", a)
