@@ -157,7 +157,7 @@ class Line:
         return course
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Circle:
     """A circle through the start p_0 of the run: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
 

@@ -225,7 +225,7 @@ def test_a_look_is_a_copy():
     """`stack.at` gives a hierarchy of its own, with targets begun there at time 0."""
     of = robot("planar")
     at = Configuration(of, generic_q(of, 0))
-    stack = stack_of_everything("planar", Circle(0.1, 2.0, toward=(1, 0, 0), along=(0, 1, 0)))
+    stack = stack_of_everything("planar", Circle(radius=0.1, period=2.0, toward=(1, 0, 0), along=(0, 1, 0)))
     look, later = stack.at(at, DT), stack.at(at, DT, t=0.5)
     assert not np.shares_memory(look.buffer, later.buffer)
     assert np.linalg.norm(later.levels[0].lower - look.levels[0].lower) > 0.5

@@ -35,7 +35,7 @@ PAIRS = [f"link{link} – {ball}" for ball in CENTRES for link in (1, 2, 3)]
 def made() -> Scenario:
     """A circle that leads into two balls, one after the other, with one row for six pairs."""
     tip = PositionTask(
-        "tip", target=Circle(0.25, 0.5, toward=(-1, 0, 0), along=(0, 1, 0)), axes="xy", gain=20
+        "tip", target=Circle(radius=0.25, period=0.5, toward=(-1, 0, 0), along=(0, 1, 0)), axes="xy", gain=20
     )
     balls = [Sphere((*centre, 0.0), BALL, name=name) for name, centre in CENTRES.items()]
     return Scenario(

@@ -4,7 +4,7 @@
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,8 +26,8 @@ class Coupling:
 
     follower: str
     leader: str
-    multiplier: float = 1.0
-    offset: float = 0.0
+    multiplier: float = field(default=1.0, kw_only=True)
+    offset: float = field(default=0.0, kw_only=True)
 
 
 def chained(path: object, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]:
@@ -57,7 +57,9 @@ def chained(path: object, couplings: Iterable[Coupling]) -> tuple[Coupling, ...]
             seen.append(found.leader)
             next_ = stated[found.leader]
             m, n = found.multiplier, next_.multiplier
-            found = Coupling(coupling.follower, next_.leader, m * n, m * next_.offset + found.offset)
+            found = Coupling(
+                coupling.follower, next_.leader, multiplier=m * n, offset=m * next_.offset + found.offset
+            )
         out.append(found)
     return tuple(out)
 

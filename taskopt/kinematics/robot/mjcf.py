@@ -272,7 +272,9 @@ def _equalities(compiled: Compiled, tree: _Tree) -> tuple[list[Coupling], dict[s
             held[follower] = start + float(factors[0])
         else:
             offset = start + factors[0] - factors[1] * compiled.qpos0[compiled.jnt_qposadr[two]]
-            couplings[follower] = Coupling(follower, tree.names[two], float(factors[1]), float(offset))
+            couplings[follower] = Coupling(
+                follower, tree.names[two], multiplier=float(factors[1]), offset=float(offset)
+            )
     return list(couplings.values()), held, [f"{s} ({n} times)" if n > 1 else s for s, n in unread.items()]
 
 

@@ -200,7 +200,7 @@ def _couplings(path: Path, root: ET.Element) -> tuple[tuple[Coupling, ...], tupl
                 f"{where} mimics '{leader}', which has several axes; it can follow one axis only"
             )
         factor, offset = number(where, mimic, "multiplier", "1"), number(where, mimic, "offset", "0")
-        stated.append(Coupling(name, leader, factor, offset))
+        stated.append(Coupling(name, leader, multiplier=factor, offset=offset))
     said = f"a joint that is mimicked is not there, so that these move by themselves: {', '.join(lost)}"
     return chained(path, stated), (said,) if lost else ()
 

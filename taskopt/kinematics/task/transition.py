@@ -319,7 +319,12 @@ def transitions(tasks: Iterable[BoundTask]) -> tuple[Transition, ...]:
 
 
 def swap(
-    first: Sequence[Task], second: Sequence[Task], at: float, blend: float = 0.25, reach: float | None = None
+    first: Sequence[Task],
+    second: Sequence[Task],
+    *,
+    at: float,
+    blend: float = 0.25,
+    reach: float | None = None,
 ) -> list[list[Task]]:
     """Make levels in which one group of tasks is above another until a time, and below it afterwards.
 

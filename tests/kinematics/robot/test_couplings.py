@@ -54,7 +54,7 @@ def test_a_mimic_of_a_mimic_leads_to_the_joint_that_moves(load):
         arm = load(gripper(*followers))
         found = {c.follower: c for c in arm.couplings}
         assert set(found) == {"a", "b"}
-        assert found["a"] == Coupling("a", "pan", -2.0, 0.5)
+        assert found["a"] == Coupling("a", "pan", multiplier=-2.0, offset=0.5)
         b = found["b"]
         np.testing.assert_allclose([b.multiplier, b.offset], [-1.0, 0.35])
         assert b.leader == "pan"
@@ -171,7 +171,7 @@ def test_a_circle_of_mimics_is_refused(load):
 def test_the_fingers_of_the_panda_close_together():
     """A robot of the extra: one coupling, and a task for one finger moves both."""
     arm = Robot.load("panda")
-    assert arm.couplings == (Coupling("panda_finger_joint2", "panda_finger_joint1", 1.0, 0.0),)
+    assert arm.couplings == (Coupling("panda_finger_joint2", "panda_finger_joint1"),)
     task = JointTask(np.array([0.01]), joints=["panda_finger_joint1"], gain=1.0)
     v = Controller(arm, Stack([[task]]), dt=0.01).step(arm.posture("middle"), 0.0).v
     np.testing.assert_allclose(v[7:], [-0.01, -0.01], atol=1e-12)
