@@ -28,11 +28,12 @@ from taskopt.errors import TaskoptError
 from taskopt.kinematics.collision.choice import choose_pairs
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import SolidPair, random_posture
+from taskopt.kinematics.collision.pairs import SolidPair
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.engine import GeometryModel
 from taskopt.kinematics.geometry.coal import solid
 from taskopt.kinematics.robot.named import robot_names
+from taskopt.kinematics.robot.random_posture import random_posture
 
 CLEARANCE = 0.01  # [m] margin of a self-collision limit
 SAMPLES = 60  # random postures, in which all pairs are measured at once

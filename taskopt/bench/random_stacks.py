@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.limit import (
@@ -18,6 +17,7 @@ from taskopt.kinematics.limit import (
     SelfCollisionLimit,
 )
 from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.robot.random_posture import random_posture
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.target import Latest
 from taskopt.kinematics.task import (

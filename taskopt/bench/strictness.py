@@ -25,9 +25,9 @@ from scipy.optimize import lsq_linear
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.tolerances import RATE_MET
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.robot.random_posture import random_posture
 from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.regret import level_residuals, regret
 

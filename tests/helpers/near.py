@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from taskopt.arrays import Array
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.robot.random_posture import random_posture
 
 # Textbook capsules, hulls and boxes, cylinders, a floating base.
 NAMES = ("planar3", "panda", "ur5_robot", "talos_reduced")

@@ -10,6 +10,7 @@ import coal
 import numpy as np
 
 from taskopt.arrays import Array
+from taskopt.kinematics.collision.lengths import slide_length
 from taskopt.kinematics.collision.pairs import SolidPair
 from taskopt.kinematics.engine import GeometryModel, GeometryObject
 from taskopt.kinematics.geometry.coal import core
@@ -63,7 +64,7 @@ class _Chains:
         """Copy the parents and placements of the joints of a robot."""
         self._supports = [list(support) for support in robot.model.supports]
         self._origins = np.array([place.translation for place in robot.model.jointPlacements])
-        self._slides = [0.0] + [_slide(robot, joint) for joint in range(1, len(self._supports))]
+        self._slides = [slide_length(robot, joint) for joint in range(len(self._supports))]
 
     def between(self, first: int, second: int) -> tuple[Array, float, Array]:
         """Return o_1 (3,) in the frame of the first joint, Σ |o_(i+1) − o_i|, and o_m (3,) in the other's."""
@@ -76,14 +77,6 @@ class _Chains:
         length += sum(self._slides[joint] for joint in (*mine, *theirs))
         steps = (*pairwise(mine), *pairwise(theirs))
         return start, length + sum(float(np.linalg.norm(o[joint])) for _, joint in steps), stop
-
-
-def _slide(robot: Robot, joint: int) -> float:
-    """Return a bound [m] on the displacement of a joint's origin from its place on the link before."""
-    known = robot.model.joints[joint]
-    columns = range(known.idx_v, known.idx_v + known.nv)
-    slides = [k for k in columns if robot.coordinate_units[k] == "m"]
-    return sum(max(abs(robot.position_lower[k]), abs(robot.position_upper[k])) for k in slides)
 
 
 def _signed_distance(shape: GeometryObject, point: Array) -> float:

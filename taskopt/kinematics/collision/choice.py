@@ -10,8 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from taskopt.kinematics.collision.always_near import always_near
-from taskopt.kinematics.collision.pairs import SolidPair, named_pairs, random_posture
+from taskopt.kinematics.collision.pairs import SolidPair, named_pairs
 from taskopt.kinematics.geometry.coal import exact, solid
+from taskopt.kinematics.robot.random_posture import random_posture
 from taskopt.kinematics.robot.robot import Robot
 
 

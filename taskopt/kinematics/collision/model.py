@@ -15,6 +15,7 @@ from taskopt.kinematics.collision.pairs import SolidPair, shape_names, shapes_of
 from taskopt.kinematics.engine import Data, GeometryModel
 from taskopt.kinematics.geometry.coal import core, exact, obstacle_object, solid
 from taskopt.kinematics.geometry.shapes import Shape, obstacle_names
+from taskopt.kinematics.robot.joints import velocity_slice
 from taskopt.kinematics.robot.robot import Robot
 
 _RESULT = 20  # floats in a coal::DistanceResult; its normal, first and second point stand side by side
@@ -176,6 +177,5 @@ def _moves(robot: Robot, joint: int) -> Array:
     """Return (nv,) with 1 where a velocity moves a joint."""
     out = np.zeros(robot.nv)
     for i in robot.model.supports[joint]:
-        if i > 0:
-            out[robot.model.joints[i].idx_v : robot.model.joints[i].idx_v + robot.model.joints[i].nv] = 1.0
+        out[velocity_slice(robot.model.joints[i])] = 1.0
     return out

@@ -11,14 +11,15 @@ sliding joints with ρ = 1 in the first sum and 2 in the second, for Coriolis te
 # Pinocchio ships no stubs.
 # pyright: reportAttributeAccessIssue=false
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from taskopt.arrays import BoolArray
 from taskopt.errors import InvalidValue
+from taskopt.kinematics.collision.lengths import link_length
 from taskopt.kinematics.collision.step_bounds import nominal_speeds
+from taskopt.kinematics.robot.joints import velocity_slice
 from taskopt.kinematics.robot.robot import Robot
 
 
@@ -51,16 +52,13 @@ def point_motion(robot: Robot, joint: int, offset: float, counted: BoolArray, dt
         InvalidValue: A joint that turns carries one that slides without limits.
     """
     speeds, turns = nominal_speeds(robot), np.array([unit == "rad" for unit in robot.coordinate_units])
-    reach, length = np.zeros(robot.nv), offset
-    chain = [index for index in robot.model.supports[joint] if index > 0]
-    for index in reversed(chain):
-        known = robot.model.joints[index]
-        own = slice(known.idx_v, known.idx_v + known.nv)
+    reach, on_chain, length = np.zeros(robot.nv), np.zeros(robot.nv, dtype=bool), offset
+    for index in reversed(list(robot.model.supports[joint])):
+        own = velocity_slice(robot.model.joints[index])
+        on_chain[own] = True
         reach[own] = np.where(turns[own], length, 0.0)
-        length += float(np.linalg.norm(robot.model.jointPlacements[index].translation))
-        ends = np.maximum(np.abs(robot.position_lower[own]), np.abs(robot.position_upper[own]))
-        length += float(ends[~turns[own]].sum())
-    on_chain = counted & np.isin(np.arange(robot.nv), _columns(robot, chain))
+        length += link_length(robot, index)
+    on_chain &= counted
     spin = float(speeds[on_chain & turns].sum())
     swing = float(speeds[on_chain & turns] @ reach[on_chain & turns])
     slide = float(speeds[on_chain & ~turns].sum())
@@ -70,9 +68,3 @@ def point_motion(robot: Robot, joint: int, offset: float, counted: BoolArray, dt
             "give the joint limits"
         )
     return PointMotion(dt * (swing + slide), 0.5 * dt * dt * spin * (swing + 2.0 * slide))
-
-
-def _columns(robot: Robot, chain: Sequence[int]) -> list[int]:
-    """Return the columns of v of some joints."""
-    joints = [robot.model.joints[index] for index in chain]
-    return [column for joint in joints for column in range(joint.idx_v, joint.idx_v + joint.nv)]

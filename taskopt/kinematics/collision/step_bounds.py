@@ -9,8 +9,10 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
 from taskopt.errors import InvalidValue
+from taskopt.kinematics.collision.lengths import link_length
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.geometry.coal import core, extent
+from taskopt.kinematics.robot.joints import velocity_slice
 from taskopt.kinematics.robot.robot import Robot
 
 _TURNING, _SLIDING = 2.0 * np.pi, 1.0  # [rad/s], [m/s] the most that a distance limit makes room for
@@ -165,8 +167,8 @@ class _Reaches:
         robot = collision.robot
         self._collision, self._turns = collision, _turns(robot)
         self._supports = [list(support) for support in robot.model.supports]
-        self._columns = [slice(j.idx_v, j.idx_v + j.nv) if j.nv else slice(0) for j in robot.model.joints]
-        self._lengths = [0.0] + [_link_length(robot, joint) for joint in range(1, len(self._supports))]
+        self._columns = [velocity_slice(joint) for joint in robot.model.joints]
+        self._lengths = [link_length(robot, joint) for joint in range(len(self._supports))]
         self._extents = [extent(shape) for shape in collision.shapes.geometryObjects]
 
     def of(self, pair: int) -> Array:
@@ -195,13 +197,3 @@ class _Reaches:
 def _turns(robot: Robot) -> Mask:
     """Return (nv,) True where a velocity turns."""
     return np.array([unit == "rad" for unit in robot.coordinate_units])
-
-
-def _link_length(robot: Robot, joint: int) -> float:
-    """Return a bound [m] on the distance from the origin of the joint before to that of this one."""
-    known = robot.model.joints[joint]
-    length = float(np.linalg.norm(robot.model.jointPlacements[joint].translation))
-    for column in range(known.idx_v, known.idx_v + known.nv):
-        if robot.coordinate_units[column] == "m":
-            length += max(abs(robot.position_lower[column]), abs(robot.position_upper[column]))
-    return length

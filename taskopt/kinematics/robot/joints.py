@@ -100,13 +100,25 @@ def joint_table(model: Model) -> JointTable:
         if part := _unit_part(kind, joint.nq):
             unit_norm.append((name, slice(joint.idx_q + part.start, joint.idx_q + part.stop)))
         elif joint.nq == joint.nv:
-            columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+            columns = velocity_slice(joint)
             index[columns] = np.arange(joint.idx_q, joint.idx_q + joint.nq)
             lower[columns], upper[columns] = _position_limits(model, name, joint)
     velocity = _no_limit_is_inf(np.array(model.upperVelocityLimit))
     for array in (index, lower, upper, velocity):
         array.setflags(write=False)
     return JointTable(tuple(names), tuple(units), index, lower, upper, velocity, tuple(unit_norm))
+
+
+def velocity_slice(joint: JointModel) -> slice:
+    """Find the velocities of a joint.
+
+    Args:
+        joint: The joint, as a `pin.Model` lists it.
+
+    Returns:
+        The slice of v that holds them; an empty one for the world.
+    """
+    return slice(joint.idx_v, joint.idx_v + joint.nv) if joint.nv else slice(0)
 
 
 def _position_limits(model: Model, name: str, joint: JointModel) -> tuple[Array, Array]:

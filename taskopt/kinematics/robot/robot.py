@@ -17,7 +17,7 @@ from taskopt.kinematics.engine import GeometryModel, Model
 from taskopt.kinematics.orientation.pose_forms import Homogeneous, as_pose
 from taskopt.kinematics.robot.couplings import Coupling, checked_couplings, coupled
 from taskopt.kinematics.robot.dh import DHRow, build_dh
-from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of
+from taskopt.kinematics.robot.joints import NUMBERS, joint_table, numbers_of, velocity_slice
 from taskopt.kinematics.robot.mjcf import read_mjcf
 from taskopt.kinematics.robot.named import load_named
 from taskopt.kinematics.robot.parts import ALWAYS, Parts, Shapes, loaded
@@ -384,8 +384,7 @@ class Robot:
         Raises:
             UnknownName: There is no joint of that name.
         """
-        found = self.model.joints[self.joint_id(joint)]
-        return slice(found.idx_v, found.idx_v + found.nv)
+        return velocity_slice(self.model.joints[self.joint_id(joint)])
 
     def support(self, frame: str) -> IntArray:
         """Return the columns of the Jacobian that move a frame.
@@ -400,8 +399,9 @@ class Robot:
             UnknownName: There is no frame of that name.
         """
         joint = self.model.frames[self.frame_id(frame)].parentJoint
-        chain = [self.model.joints[i] for i in self.model.supports[joint] if i > 0]
-        return np.array([c for j in chain for c in range(j.idx_v, j.idx_v + j.nv)], dtype=np.int64)
+        columns = np.arange(self.nv, dtype=np.int64)
+        chain = [columns[velocity_slice(self.model.joints[i])] for i in self.model.supports[joint]]
+        return np.concatenate(chain)
 
     def posture(self, name: str | Mapping[str, float]) -> Array:
         """Return a copy of a named posture, or the posture in which joints have given values.

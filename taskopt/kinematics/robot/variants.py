@@ -12,7 +12,7 @@ import pinocchio as pin
 from taskopt.arrays import Array, ArrayLike, finite, number, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.engine import GeometryModel, JointModel, Model
-from taskopt.kinematics.robot.joints import joint_table
+from taskopt.kinematics.robot.joints import joint_table, velocity_slice
 from taskopt.kinematics.robot.parts import Lazy, Parts, Shapes, link_of, loaded
 
 
@@ -88,7 +88,7 @@ def with_limits(parts: Parts, limits: TighterLimits) -> Parts:
     present = joint_table(parts.model).velocity_limit
     for name, fastest in limits.velocity.items():
         joint = _joint(model, name, single=False)
-        columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+        columns = velocity_slice(joint)
         way_out = "for a wider one make a Robot of a changed pin.Model"
         most = _tighter(f"velocity limit of {name}", fastest, float(present[columns].min()), way_out)
         model.upperVelocityLimit[columns], model.lowerVelocityLimit[columns] = most, -most

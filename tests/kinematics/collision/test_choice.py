@@ -11,9 +11,9 @@ from taskopt import SelfCollisionLimit
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.collision import always_near as proof
 from taskopt.kinematics.collision.choice import choose_pairs, named_choice
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.geometry.coal import solid
 from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.robot.random_posture import random_posture
 from tests.helpers.robots import robot
 
 

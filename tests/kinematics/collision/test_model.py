@@ -6,11 +6,12 @@ import pytest
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.collision.choice import choose_pairs
 from taskopt.kinematics.collision.model import Collision
-from taskopt.kinematics.collision.pairs import named_pairs, random_posture
+from taskopt.kinematics.collision.pairs import named_pairs
 from taskopt.kinematics.geometry.coal import core, extent
 from taskopt.kinematics.geometry.shapes import Box, Sphere, checked_obstacles
 from taskopt.kinematics.robot import Robot, planar_arm
 from taskopt.kinematics.robot.parts import link_of
+from taskopt.kinematics.robot.random_posture import random_posture
 from tests.helpers.robots import robot
 
 

@@ -7,7 +7,6 @@ from scipy.optimize import linprog
 from taskopt import DampingTask, PositionTask, Robot, Stack
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.problem import LevelRows
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import HalfSpace, Sphere
 from taskopt.kinematics.limit import (
@@ -20,6 +19,7 @@ from taskopt.kinematics.limit import (
     SelfCollisionLimit,
 )
 from taskopt.kinematics.robot import DHRow, planar_arm
+from taskopt.kinematics.robot.random_posture import random_posture
 from taskopt.resolver.registry import resolve
 from tests.helpers.near import SOLIDS, beside
 from tests.helpers.robots import robot

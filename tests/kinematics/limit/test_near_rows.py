@@ -14,13 +14,13 @@ from taskopt import Controller, JointTask, Robot, SelfCollisionLimit, Stack
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, LevelRows
 from taskopt.kinematics.collision.broad_phase import Ball
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.coal import solid
 from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.near_rows import BoundNearDistance
+from taskopt.kinematics.robot.random_posture import random_posture
 from taskopt.testing import check_limit
 from tests.helpers.robots import robot
 

@@ -5,10 +5,10 @@ import pytest
 
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.collision.measure import Distances
-from taskopt.kinematics.collision.pairs import random_posture
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.objective import JointRange, SelfDistance
 from taskopt.kinematics.robot import planar_arm
+from taskopt.kinematics.robot.random_posture import random_posture
 from tests.helpers.differences import derivative
 from tests.helpers.near import NAMES
 from tests.helpers.robots import robot
