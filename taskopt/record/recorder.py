@@ -167,14 +167,23 @@ class BufferedRecorder:
             kind: The type of the exception that ended the run; None if the run finished.
             error: That exception.
             trace: Its traceback.
+
+        Raises:
+            Exception: The error that a sink raised while the watchdog flushed, unless an exception ended the
+                run, which then gets a note about it.
         """
         self._done.set()
         self._watchdog.join()
-        status = "finished" if kind is None else "interrupted"
+        failure = self._failure
+        status = "finished" if kind is None and failure is None else "interrupted"
         with ExitStack() as closing:
             for sink in self._sinks:
                 closing.callback(sink.close, status)
             self._flush()
+        if failure is not None and error is None:
+            raise failure
+        if failure is not None and error is not None and error is not failure:
+            error.add_note(f"the log lacks steps, since a recorder failed: {failure}")
 
     def _flush(self) -> None:
         """Pass the waiting steps to the sinks; the caller holds the lock, or is the only remaining thread."""
@@ -192,6 +201,8 @@ class BufferedRecorder:
                 if self._count and monotonic() - self._flushed > _PATIENCE:
                     try:
                         self._flush()
-                    except Exception as error:  # noqa: BLE001  a thread has no caller: the next write raises it
+                    except Exception as error:  # noqa: BLE001
+                        # A sink may raise anything, and a thread has no caller, so that the next
+                        # `write` raises it, or `__exit__`.
                         self._failure = error
                         return

@@ -102,17 +102,53 @@ def test_a_sink_that_cannot_open_closes_those_before_it(info):
     assert basket.events == ["open", "interrupted"]
 
 
-@pytest.mark.slow
-def test_a_failure_of_the_watchdog_is_raised_by_the_next_write(info, steps, monkeypatch):
-    """An error in the background is not lost."""
+class FullDisk(Basket):
+    """A sink that fails at its first batch, and takes all others."""
+
+    def take(self, batch) -> None:
+        self.events.append("take")
+        if self.events.count("take") == 1:
+            raise OSError("disk full")
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """A watchdog that flushes at once, while `write` leaves it to do so."""
     monkeypatch.setattr(recorder, "PERIOD", 60.0)
-    basket = Basket()
-    basket.take = lambda batch: (_ for _ in ()).throw(OSError("disk full"))
+    monkeypatch.setattr(recorder, "_PATIENCE", 0.0)
 
-    def slow():
-        yield steps["pinv"][0]
-        time.sleep(1.2)
-        yield steps["pinv"][1]
 
+def pauses(log, first, *later, error=None):
+    """Yield a step, wait until the watchdog has failed to write it, then yield others or raise an error."""
+    yield first
+    log._watchdog.join(timeout=10.0)
+    assert not log._watchdog.is_alive()
+    yield from later
+    if error is not None:
+        raise error
+
+
+def test_a_failure_of_the_watchdog_is_raised_by_the_next_write(info, steps, impatient):
+    """An error in the background is not lost, and is raised once."""
+    log = BufferedRecorder(info, [disk := FullDisk()])
+    with pytest.raises(OSError, match="disk full") as caught:
+        list(record(pauses(log, *steps["pinv"][:2]), log))
+    assert disk.events[-1] == "interrupted"
+    assert not hasattr(caught.value, "__notes__")
+
+
+def test_a_failure_of_the_watchdog_after_the_last_write_is_raised_at_the_end(info, steps, impatient):
+    """A log that lacks steps is not closed as finished, even if nothing is written after the failure."""
+    log = BufferedRecorder(info, [disk := FullDisk()])
     with pytest.raises(OSError, match="disk full"):
-        list(record(slow(), BufferedRecorder(info, [basket])))
+        list(record(pauses(log, steps["pinv"][0]), log))
+    assert disk.events[-1] == "interrupted"
+
+
+def test_an_error_of_the_run_is_told_that_the_log_lacks_steps(info, steps, impatient):
+    """The error that ended the run passes through, with a note about the failure of the recorder."""
+    log = BufferedRecorder(info, [FullDisk()])
+    crash = RuntimeError("a solver crashed")
+    with pytest.raises(RuntimeError, match="a solver crashed") as caught:
+        list(record(pauses(log, steps["pinv"][0], error=crash), log))
+    assert caught.value.__notes__ == ["the log lacks steps, since a recorder failed: disk full"]
