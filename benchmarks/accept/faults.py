@@ -176,8 +176,14 @@ _OF_LEXLS = (
     Fault(
         "multipliers of rows have the wrong sign",
         _LEXLS,
-        "value, sum_of = -gradient[r0 + p], size[r0 + p]",
-        "value, sum_of = gradient[r0 + p], size[r0 + p]",
+        "value, sum_of = -gradient[r0 + p], magnitude[r0 + p]",
+        "value, sum_of = gradient[r0 + p], magnitude[r0 + p]",
+    ),
+    Fault(
+        "multipliers count as zero by the size that decides ranks",
+        _SEARCH,
+        "solve_levels(factor, rows.size,",
+        "solve_levels(factor, rows.scale,",
     ),
     Fault(
         "multipliers leave out the levels in between",
@@ -466,8 +472,14 @@ _OF_RESOLVERS = (
     Fault(
         "the fallback is taken whatever its KKT residuals",
         "resolver/fallback.py",
-        "if found.claimed and found.kkt_met():",
-        "if found.claimed:",
+        "if found.claimed and found.kkt_met() and",
+        "if found.claimed and",
+    ),
+    Fault(
+        "a refuted answer of the fallback is taken",
+        "resolver/fallback.py",
+        " and not _refuted(found):",
+        ":",
     ),
     Fault(
         "phase one is not asked",

@@ -10,6 +10,8 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.proof.judgement import Verdict
+from taskopt.hierarchy.proof.judging import judge
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.resolver import ActiveSet
@@ -28,7 +30,7 @@ class ActiveSetWithFallback:
 
     The search may end without an optimum: with hundreds of nearly parallel hard rows, this happens about once
     in some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if it
-    meets its KKT conditions, and `resolution.fallback` has its name.
+    meets its KKT conditions and is not refuted, and `resolution.fallback` has its name.
 
     If the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides, and
     the status is INFEASIBLE only if phase one finds the contradiction, too.
@@ -75,8 +77,9 @@ class ActiveSetWithFallback:
 
         Returns:
             The fallback is called if the status is FAILED, or if it is INFEASIBLE and phase one refutes that.
-            Then the result is the answer of the fallback if that meets its KKT conditions, else the answer of
-            the search with the status FAILED. In all other cases the answer of the search is returned.
+            Then the result is the answer of the fallback if that meets its KKT conditions and is not refuted,
+            else the answer of the search with the status FAILED. In all other cases the answer of the search
+            is returned.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:
@@ -87,7 +90,7 @@ class ActiveSetWithFallback:
             return resolution  # it stopped at the limit of iterations, or the hierarchy holds a NaN
         if self.fallback is not None:
             found, _ = self.fallback(hierarchy)
-            if found.claimed and found.kkt_met():
+            if found.claimed and found.kkt_met() and not _refuted(found):
                 iterations = resolution.iterations + found.iterations
                 taken = Resolution(
                     hierarchy, found.answer, found.state, Status.SOLVED, iterations, TickReview
@@ -99,3 +102,9 @@ class ActiveSetWithFallback:
     def closed_form(self, hierarchy: Hierarchy) -> Array:
         """Return x (n,) of `task_priority` on the equalities."""
         return self.search.closed_form(hierarchy)
+
+
+def _refuted(resolution: Resolution) -> bool:
+    """Return True if the answer is proven to be away from the optimum, whatever its residuals are."""
+    found = judge(resolution.source, resolution.x, resolution.state)
+    return found.verdict is Verdict.REFUTED

@@ -43,6 +43,16 @@ def test_a_fallback_without_a_proof_is_not_taken() -> None:
     assert concluded.fallback is None
 
 
+def test_a_fallback_that_is_refuted_is_not_taken_although_it_meets_its_conditions() -> None:
+    """The level asks x2 = 1 with a weight of 1e-20, which no tolerance of a residual sees."""
+    light = Hierarchy([Level([[1.0, 0.0], [0.0, 1.0]], [0.0, 1.0], weight=[1.0, 1e-20])])
+    failed, _ = said(light, np.zeros(2), Status.FAILED)
+    assert Claims()(light)[0].kkt_met()
+    concluded = ActiveSetWithFallback(fallback=Claims()).conclude(failed)
+    assert concluded.status is Status.FAILED
+    assert concluded.fallback is None
+
+
 @pytest.mark.parametrize(("hierarchy", "status"), [(AGREE, Status.FAILED), (CONTRADICT, Status.INFEASIBLE)])
 def test_phase_one_decides_what_is_infeasible(hierarchy: Hierarchy, status: Status) -> None:
     """INFEASIBLE is kept where the limits contradict each other, and becomes FAILED where they agree."""

@@ -136,7 +136,7 @@ def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, r
 
 
 @kernel_apart
-def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solution: LevelSolution) -> None:
+def solve_levels(factor: Factor, size: Array, target: Array, held: float, solution: LevelSolution) -> None:
     """Solve the factorised hierarchy: min ‖L z − target‖² level by level.
 
     A level whose rows are all pivots is met exactly, by forward substitution; any other level is solved in
@@ -145,7 +145,7 @@ def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solut
 
     Args:
         factor: The factorisation that `factorise` filled.
-        scale: (M,) size of each row.
+        size: (M,) norm of each row.
         target: (M,) right-hand side of each row in W, from which the terms of the held unknowns are
             subtracted.
         held: Σ |x_j| of the held unknowns, with which the rounding error of `target` grows.
@@ -172,14 +172,12 @@ def solve_levels(factor: Factor, scale: Array, target: Array, held: float, solut
                 z[r0 + p] = value / L[first + p, r0 + p]
         elif rank > 0:
             _least_squares(L, residual, first, count, r0, rank, z)
-        for a in range(first, stop):
+        for a in range(first + rank, stop):
             for c in range(r0, r1):
                 residual[a] += L[a, c] * z[c]
-            terms[a] = abs(target[order[a]]) + scale[order[a]] * held
+            terms[a] = abs(target[order[a]]) + size[order[a]] * held
             for c in range(r1):
-                terms[a] += scale[order[a]] * abs(z[c])
-            if count == rank:
-                residual[a] = terms[a] = 0.0
+                terms[a] += size[order[a]] * abs(z[c])
 
 
 @kernel
@@ -248,15 +246,16 @@ def unknowns_into(factor: Factor, z: Array, x: Array) -> None:
 
 @kernel_apart
 def multipliers_of_level(
-    A: Array, scale: Array, factor: Factor, solution: LevelSolution, state: StateArray, x: Array, k: int,
+    A: Array, size: Array, factor: Factor, solution: LevelSolution, state: StateArray, x: Array, k: int,
     out: LevelMultipliers,
 ) -> None:  # fmt: skip
     """Compute the multipliers of box and rows at level k.
 
-    The gradient of the level, Σ residual_i A_i over its own rows, is balanced by the rows of the levels
-    before it, from level k − 1 back to level 0. For each of them the triangular system of its pivots is
-    solved in z. Rows that depend on others have no pivot and get the multiplier 0. The bounds of held
-    unknowns balance the rest:
+    The residuals of the rows of the level that are no pivots are balanced by its pivots, then by those of
+    the levels before it, from level k − 1 back to level 0: the triangular system of each level is solved in
+    z. The multiplier of a pivot of level k is its residual. Near a singularity, or where rows of a level
+    differ in size, A_i x − b_i of a pivot is mostly rounding, while this sum is exact to its own size. Rows
+    of levels before that are no pivots get the multiplier 0. The bounds of held unknowns balance the rest:
 
         Σ_own residual_i A_i + Σ_before λ_i A_i + λ_box = 0.
 
@@ -265,7 +264,7 @@ def multipliers_of_level(
 
     Args:
         A: (M, n) scaled rows.
-        scale: (M,) size of each row.
+        size: (M,) norm of each row.
         factor: The factorisation that `factorise` filled.
         solution: The solution that `solve_levels` filled.
         state: (n + M,) `Held` of each unknown and row.
@@ -279,39 +278,39 @@ def multipliers_of_level(
     for j in range(value_of.size):
         value_of[j] = 0.0
         terms_of[j] = 0.0
-    gradient, size = np.zeros(f), np.zeros(f)
+    gradient, magnitude = np.zeros(f), np.zeros(f)
     if k == levels:
         for c in range(f):
             gradient[c] = solution.z[c]
-            size[c] = abs(solution.z[c])
+            magnitude[c] = abs(solution.z[c])
     else:
-        for a in range(starts[k], starts[k + 1]):
+        for a in range(starts[k] + ranks[k + 1] - ranks[k], starts[k + 1]):
             residual, terms = solution.residual[a], solution.terms[a]
             value_of[n + order[a]] = residual
             terms_of[n + order[a]] = terms
-            for c in range(ranks[k]):
+            for c in range(ranks[k + 1]):
                 gradient[c] += residual * L[a, c]
-                size[c] += terms * abs(L[a, c]) + abs(residual) * scale[order[a]]
-    for j in range(min(k, levels) - 1, -1, -1):
+                magnitude[c] += terms * abs(L[a, c]) + abs(residual) * size[order[a]]
+    for j in range(min(k, levels - 1), -1, -1):
         r0, rank, first = ranks[j], ranks[j + 1] - ranks[j], starts[j]
         for p in range(rank - 1, -1, -1):
-            value, sum_of = -gradient[r0 + p], size[r0 + p]
+            value, sum_of = -gradient[r0 + p], magnitude[r0 + p]
             for b in range(p + 1, rank):
                 value -= L[first + b, r0 + p] * value_of[n + order[first + b]]
-                sum_of += scale[order[first + b]] * abs(value_of[n + order[first + b]])
+                sum_of += size[order[first + b]] * abs(value_of[n + order[first + b]])
             value_of[n + order[first + p]] = value / L[first + p, r0 + p]
             terms_of[n + order[first + p]] = sum_of / abs(L[first + p, r0 + p])
         for p in range(rank):
             multiplier = value_of[n + order[first + p]]
             for c in range(r0):
                 gradient[c] += multiplier * L[first + p, c]
-                size[c] += abs(multiplier) * scale[order[first + p]]
-    _box_multipliers(A, scale, factor, state, x, k, out)
+                magnitude[c] += abs(multiplier) * size[order[first + p]]
+    _box_multipliers(A, size, factor, state, x, k, out)
 
 
 @kernel
 def _box_multipliers(
-    A: Array, scale: Array, factor: Factor, state: StateArray, x: Array, k: int, out: LevelMultipliers
+    A: Array, size: Array, factor: Factor, state: StateArray, x: Array, k: int, out: LevelMultipliers
 ) -> None:  # fmt: skip
     """Compute the multipliers of held unknowns, which balance the rest of a level's gradient."""
     n, order, levels = x.size, factor.order, factor.starts.size - 1
@@ -322,6 +321,6 @@ def _box_multipliers(
         for a in range(factor.starts[min(k + 1, levels)]):
             i = order[a]
             value -= out.value[n + i] * A[i, j]
-            sum_of += out.terms[n + i] * abs(A[i, j]) + abs(out.value[n + i]) * scale[i]
+            sum_of += out.terms[n + i] * abs(A[i, j]) + abs(out.value[n + i]) * size[i]
         out.value[j] = value
         out.terms[j] = sum_of

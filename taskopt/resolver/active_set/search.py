@@ -262,7 +262,7 @@ def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipli
     factor = new_factor(count, levels, state, n)
     factorise(rows.A, rows.scale, rows.offsets, state, factor)
     solution = LevelSolution(np.empty(factor.free.size), np.empty(count), np.empty(count))
-    solve_levels(factor, rows.scale, target, held, solution)
+    solve_levels(factor, rows.size, target, held, solution)
     unknowns_into(factor, solution.z, x)
     return _row_to_drop(rows, factor, solution, state, x, locked, multipliers)
 
@@ -287,7 +287,7 @@ def _row_to_drop(
     for j in range(n):
         decided[j] |= rows.box_lower[j] == rows.box_upper[j]
     for k in range(levels + 1):
-        multipliers_of_level(rows.A, rows.scale, factor, solution, state, x, k, level)
+        multipliers_of_level(rows.A, rows.size, factor, solution, state, x, k, level)
         if k > 0:
             copy_into(multipliers[k - 1], level.value)
         if leaving >= 0:

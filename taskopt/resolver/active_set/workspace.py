@@ -120,7 +120,7 @@ class LevelSolution(NamedTuple):
 
     Attributes:
         z: (f,) coordinates Qᵀ x of the free unknowns; each level decides its own part.
-        residual: (M,) L z − target of each row in W, as in `Factor.order`.
+        residual: (M,) L z − target of each row in W that is no pivot, as in `Factor.order`.
         terms: (M,) sum of the magnitudes of the summands of each residual; it bounds their rounding error.
     """
 
