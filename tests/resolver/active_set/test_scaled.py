@@ -30,9 +30,9 @@ def test_the_answer_is_right_and_claimed_cold_and_warm(family: str) -> None:
 
 
 def test_the_sign_of_a_short_row_is_found() -> None:
-    """A row of length 1e-7 asks for x = 1 − 1e-7; the first search starts at the bound x ≤ 1 and drops it."""
-    asked = 1.0 - 1e-7
-    problem = Hierarchy([Level([[1e-7]], [1e-7 * asked])], box=([-1.0], [1.0]))
-    x, state, multipliers = np.zeros(1), np.array([1, 1], np.int8), np.zeros((2, 2))
+    """A row of length 1e-7 asks for x = 1 + 1e-7; the first search starts at the bound x ≥ 1 and drops it."""
+    asked = 1.0 + 1e-7
+    problem = Hierarchy([Level([[1e-7]], [1e-7 * asked])], box=([1.0], [3.0]))
+    x, state, multipliers = np.zeros(1), np.array([-1, 1], np.int8), np.zeros((2, 2))
     search(problem.rows, state, x, multipliers, np.int64(9), 9)
     assert x[0] == pytest.approx(asked, abs=1e-14)
