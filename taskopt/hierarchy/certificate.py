@@ -135,6 +135,20 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     return Certificate(residuals, partial(judge, hierarchy.copy(), np.array(x, dtype=np.float64)))
 
 
+def broken_limit(hierarchy: Hierarchy, x: Array) -> float:
+    """Return the largest violation of the box and the hard rows, as of `Certificate`, without multipliers.
+
+    Args:
+        hierarchy: The problem.
+        x: The unknowns, (n,).
+
+    Returns:
+        The violation, relative to the largest term of its row; inf if a number is NaN.
+    """
+    layout = hierarchy.layout
+    return float(broken_limit_kernel(hierarchy.buffer, layout.offsets, layout.columns, x))
+
+
 class _Judged(NamedTuple):
     """The quantities of each row that the certificate is computed from.
 
@@ -195,6 +209,26 @@ def certify_kernel(
                 out[k, kind] = np.inf
             worst = max(worst, out[k, kind])
     return worst
+
+
+@kernel_apart
+def broken_limit_kernel(buffer: Array, offsets: IntArray, columns: IntArray, x: Array) -> float:
+    """Return the largest relative violation of the box and the hard rows at x, or inf if a number is NaN.
+
+    Args:
+        buffer: As of `certify_kernel`.
+        offsets: As of `certify_kernel`.
+        columns: As of `certify_kernel`.
+        x: As of `certify_kernel`.
+
+    Returns:
+        The violation, in the `primal` column of `RESIDUALS`.
+    """
+    rows = view_rows(buffer, x.size, x, offsets, columns)
+    work = np.empty((3, columns.size))
+    judged = _Judged(work[0], work[1], work[2], np.empty(x.size + columns.size, dtype=np.bool_))
+    primal = _feasibility(rows, x, judged)
+    return np.inf if np.isnan(primal) else primal
 
 
 @kernel

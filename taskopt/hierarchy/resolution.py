@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.active import Active, active_rows, fixed_rows, level_multipliers
-from taskopt.hierarchy.certificate import Certificate
+from taskopt.hierarchy.certificate import Certificate, broken_limit
 from taskopt.hierarchy.explain import explain
 from taskopt.hierarchy.intervals import signed_distance
 from taskopt.hierarchy.problem import Hierarchy
@@ -17,6 +17,9 @@ from taskopt.hierarchy.review import Review
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import ACCURACY, KKT_MET
 from taskopt.hierarchy.view import Answer, answer_of
+
+Complete: TypeAlias = Callable[[Hierarchy, Answer, StateArray], None]
+"""A function that fills multipliers, residuals and active set of an answer whose x and problem are given."""
 
 
 class Resolution:
@@ -32,6 +35,8 @@ class Resolution:
         status: Claim of the resolver.
         iterations: Number of iterations or factorisations that the resolver needed.
         reviewer: Function that makes the review of the answer when it is first needed, see `review`.
+        complete: Function of the problem that fills multipliers, residuals and active set at their first
+            access, for resolvers that find x without them; None if `answer` and `state` are filled already.
 
     Attributes:
         x: The unknowns, (n,).
@@ -53,13 +58,15 @@ class Resolution:
         status: Status,
         iterations: int = 0,
         reviewer: "Callable[[Resolution], Review] | None" = None,
+        complete: Complete | None = None,
     ) -> None:
         self.source: Final = source
-        self.answer: Final = answer
-        self.state: Final = state
+        self._answer: Final = answer
+        self._state: Final = state
         self.status: Final = status
         self.iterations: Final = iterations
         self._reviewer: Final = reviewer
+        self._complete = complete
         self.x: Final[Array] = answer[source.layout.place_of_x]
 
     def replaced(
@@ -75,9 +82,8 @@ class Resolution:
         Returns:
             A new record that shares the arrays of this one.
         """
-        new = Resolution(
-            self.source, self.answer, self.state, status or self.status, self.iterations, self._reviewer
-        )
+        arrays, own = (self._answer, self._state), (self._reviewer, self._complete)
+        new = Resolution(self.source, *arrays, status or self.status, self.iterations, *own)
         new.notes = self.notes if notes is None else notes
         new.fallback = self.fallback if fallback is None else fallback
         new.undamped = self.undamped
@@ -108,7 +114,26 @@ class Resolution:
     def _parts(self) -> Answer:
         """The parts of the flat answer, as views."""
         layout = self.source.layout
-        return answer_of(self.answer, layout.n, layout.row_count, layout.level_count)
+        return answer_of(self._answer, layout.n, layout.row_count, layout.level_count)
+
+    def _completed(self) -> None:
+        """Fill multipliers, residuals and active set, if the resolver left that for later."""
+        complete = self._complete
+        if complete is not None:
+            complete(self._problem, self._parts, self._state)
+            self._complete = None
+
+    @property
+    def answer(self) -> Array:
+        """The flat answer with all its parts, see `taskopt.hierarchy.view`."""
+        self._completed()
+        return self._answer
+
+    @property
+    def state(self) -> StateArray:
+        """Final active set, (n + M,): −1 where a lower bound is active, 1 for an upper bound, else 0."""
+        self._completed()
+        return self._state
 
     @property
     def problem(self) -> Hierarchy:
@@ -128,12 +153,19 @@ class Resolution:
     @property
     def multipliers(self) -> Array:
         """Multipliers of box and rows at each level, the norm last, (levels + 1, n + M)."""
+        self._completed()
         return self._parts.multipliers
 
     @cached_property
     def certificate(self) -> Certificate:
         """Error bound, verdict and KKT residuals, also for a closed form, which claims no optimum."""
+        self._completed()
         return Certificate(self._parts.residuals, self._judged)
+
+    @property
+    def broken_limit(self) -> float:
+        """As of `certificate`, without computing multipliers for it; inf if x is not finite."""
+        return broken_limit(self._problem, self.x)
 
     def _judged(self) -> Judgement:
         """Judge x by its distance from the exact optimum; its own active set is the hint."""

@@ -20,7 +20,7 @@ from taskopt.jit import nanoseconds_preparing
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.one_call import OneCall, one_call
 from taskopt.loop.rest import Rest
-from taskopt.resolver.base import Memory, Resolver, require_answer
+from taskopt.resolver.base import Memory, Resolver, is_finite, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
 _SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
@@ -190,10 +190,10 @@ def may_be_sent(resolution: Resolution) -> bool:
         True if the velocity is finite, the status allows sending it, and the hard limits hold to the
         tolerance of that status.
     """
-    if not np.isfinite(resolution.x).all():
+    if not is_finite(resolution.x):
         return False
     if resolution.status in _LIMITS_KEPT:
-        return resolution.certificate.broken_limit <= _LIMITS_KEPT[resolution.status]
+        return resolution.broken_limit <= _LIMITS_KEPT[resolution.status]
     return resolution.status in _WITHOUT_OPTIMUM
 
 

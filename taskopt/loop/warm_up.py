@@ -52,7 +52,7 @@ _START = np.array([0.3, 0.4, 0.5, 0.4])  # [rad]
 
 
 def warm_up() -> None:
-    """Compile all kernels of tasks, limits, the active-set method, its certificate and the proof.
+    """Compile all kernels of tasks, limits, resolvers, the certificate and the proof.
 
     Their machine code is kept in the folder that `taskopt.jit.store` defines, for every later process of the
     user. Progress is shown on stderr, unless everything is compiled already.
@@ -68,7 +68,9 @@ def warm_up() -> None:
     stretched = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
     Controller(_bare_arm(), stretched).step(np.zeros(4), 0.0)
     for robot, stack in islice(_stacks(), 1):
-        Controller(robot, stack, "hqp/daqp").step(_START, 0.001)
+        for resolver in ("hqp/daqp", "pinv", "dls/chiaverini"):
+            resolution = Controller(robot, stack, resolver).step(_START, 0.001)
+            resolution.kkt_met()  # its multipliers are found when they are asked for
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):

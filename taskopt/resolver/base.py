@@ -1,13 +1,14 @@
 """The protocol of a resolver, (hierarchy, memory) → (resolution, memory), and functions for all resolvers."""
 
 from functools import partial
+from math import isfinite
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.certificate import certify
+from taskopt.hierarchy.certificate import certify, largest_entry
 from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.multipliers import find_multipliers
@@ -16,8 +17,9 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import ACCURACY, COUNTED_MULTIPLIER, COUNTED_VIOLATION
-from taskopt.hierarchy.view import answer_of
-from taskopt.resolver.tick_review import TickReview
+from taskopt.hierarchy.view import Answer, answer_of
+from taskopt.jit import kernel
+from taskopt.resolver.tick_review import Accounts, TickReview
 
 
 class Memory(NamedTuple):
@@ -73,7 +75,18 @@ def _is_state(state: object, width: int) -> bool:
     """Return True for an active set of `width` members; it may come from a log, in any integer type."""
     if not isinstance(state, np.ndarray) or state.shape != (width,) or state.dtype.kind != "i":
         return False
+    if state.dtype == np.int8:
+        return bool(_are_sides(state))
     return not width or bool(state.min() >= -1 and state.max() <= 1)
+
+
+@kernel
+def _are_sides(state: StateArray) -> bool:
+    """Return True if each entry is −1, 0 or 1."""
+    sides = True
+    for side in state:
+        sides &= -1 <= side <= 1
+    return sides
 
 
 def missing_parts(resolver: object) -> list[str]:
@@ -206,6 +219,61 @@ def answered(
     reviewer = partial(TickReview, accuracy=accuracy, own=levels)
     memory = Memory(state, tuple(level.rank for level in levels))
     return Resolution(hierarchy, answer, state, status, iterations, reviewer), memory
+
+
+def answered_by_x(
+    hierarchy: Hierarchy,
+    x: Array,
+    status: Status,
+    iterations: int = 0,
+    accuracy: float = ACCURACY,
+    levels: Accounts = (),
+    counted: float | None = None,
+) -> Resolution:
+    """Pack an answer whose multipliers, residuals and active set are computed when they are asked for.
+
+    Args:
+        hierarchy: The problem that is answered; its numbers are copied into the resolution.
+        x: (n,) the answer.
+        status: Claim of the resolver; SOLVED becomes FAILED if x is not finite.
+        iterations: Iterations that were spent.
+        accuracy: Accuracy that was asked for in x, relative to its largest entry.
+        levels: Ranks and damping by level, where the resolver decided them, or a function that returns them.
+        counted: Least multiplier that makes a row active, see `final_state`; None if no row is active.
+
+    Returns:
+        The resolution.
+    """
+    layout, buffer = hierarchy.layout, hierarchy.buffer
+    answer, state = np.empty(layout.answer_size), np.zeros(layout.width, dtype=np.int8)
+    answer[layout.place_of_x] = x
+    answer[answer.size - buffer.size :] = buffer
+    if status is Status.SOLVED and not is_finite(x):
+        status = Status.FAILED
+    reviewer = partial(TickReview, accuracy=accuracy, own=levels)
+    return Resolution(
+        hierarchy, answer, state, status, iterations, reviewer, partial(_complete, counted=counted)
+    )
+
+
+def is_finite(x: Array) -> bool:
+    """Return True if no entry of a vector is NaN or infinite.
+
+    Args:
+        x: Vector, (n,).
+
+    Returns:
+        The same as NumPy's `isfinite` and `all`, in a fraction of their time.
+    """
+    return isfinite(largest_entry(x))
+
+
+def _complete(problem: Hierarchy, parts: Answer, state: StateArray, counted: float | None) -> None:
+    """Fill multipliers that fit x best, the residuals that they leave, and the active set."""
+    parts.multipliers[:] = find_multipliers(problem, parts.x) if is_finite(parts.x) else 0.0
+    parts.residuals[:] = certify(problem, parts.x, parts.multipliers).residuals
+    if counted is not None:
+        state[:] = final_state(problem, parts.x, parts.multipliers, counted)
 
 
 def fit_again(hierarchy: Hierarchy, answer: Array) -> bool:

@@ -6,21 +6,15 @@ m/s], and W a symmetric positive definite (n, n) or its diagonal (n,). None of t
 inequalities or limits.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple, TypeAlias
-
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import NONE, Damping
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.rank import RULE, RankRule, equality_levels, inverse_root, root_of, row_scale
-from taskopt.hierarchy.review import LevelAccount
+from taskopt.hierarchy.rank import RULE, equality_levels, inverse_root, root_of
 from taskopt.hierarchy.tolerances import IN_RANGE, WEIGHT_SPREAD
-
-LevelEqualities: TypeAlias = tuple[Array, Array, Array]
-"""Equality rows of one level: A (m, n), b (m,), and a weight > 0 for each row (m,)."""
+from taskopt.resolver.descent import descend, descend_hierarchy
 
 
 def square_inverse(J: Array, v: Array) -> Array:
@@ -206,69 +200,9 @@ def task_priority(hierarchy: Hierarchy, damping: Damping = NONE) -> Array:
     Returns:
         x (n,), the closed-form answer of every resolver with strict priorities.
     """
-    return descend(equality_levels(hierarchy), hierarchy.norm, damping).x
-
-
-class TaskPriority(NamedTuple):
-    """The result of `descend`.
-
-    Attributes:
-        x: (n,) the answer.
-        levels: Rank and damping of each level.
-    """
-
-    x: Array
-    levels: tuple[LevelAccount, ...]
-
-
-def descend(
-    levels: Iterable[LevelEqualities],
-    W: Array,
-    damping: Damping = NONE,
-    rule: RankRule = RULE,
-    previous_ranks: Sequence[int] = (),
-) -> TaskPriority:
-    """Resolve levels of equalities one after the other, by the recursion of task priority.
-
-        x_k = x_{k−1} + N_{k−1} (J_k N_{k−1})† (v_k − J_k x_{k−1})
-
-    N_k is an orthonormal basis of the true null space of all levels up to k. Damping changes only the
-    inverse, which becomes (3.59), and never N. Weights act within a level. Of all x that are optimal for the
-    levels, that with the least xᵀ W x is returned. The levels may have any rank.
-
-    Args:
-        levels: (J, v, weight) of each level, the highest priority first.
-        W: (n, n) symmetric positive definite, or its diagonal (n,).
-        damping: Policy that gives k² for each singular value.
-        rule: Rule that decides which singular values count.
-        previous_ranks: Ranks of the last tick, so that ranks change with hysteresis; empty for none.
-
-    Returns:
-        x (n,) with rank and damping of each level.
-
-    Source:
-        Siciliano and Slotine (1991), ICAR; two levels are (3.54).
-    """
-    inverse = inverse_root(W)
-    z, N = np.zeros(len(inverse)), np.eye(len(inverse))
-    accounts = []
-    for k, (A, b, weight) in enumerate(levels):
-        free = N.shape[1]
-        if not len(b):
-            accounts.append(LevelAccount(k, 0, free, 0, np.inf, 0.0))
-            continue
-        root = np.sqrt(weight)
-        J, v = (root[:, None] * A) @ inverse, root * b
-        U, sigma, Vt = np.linalg.svd(J @ N)
-        account = rule.account(k, len(b), free, sigma, row_scale(J, root), previous_ranks)
-        r = account.rank
-        missing = v - J @ z
-        squared = damping(sigma, v)[:r]
-        s = sigma[:r]
-        z = z + N @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ missing)))
-        N = N @ Vt[r:].T
-        accounts.append(account._replace(damping=float(squared.max(initial=0.0))))
-    return TaskPriority(inverse @ z, tuple(accounts))
+    x = np.empty(hierarchy.n)
+    descend_hierarchy(hierarchy, damping, RULE, (), x)
+    return x
 
 
 def level_ratio(levels: int) -> float:

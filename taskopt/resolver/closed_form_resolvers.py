@@ -1,19 +1,21 @@
 """`pinv` and `dls`, the formulas of the chapter as resolvers, which ignore limits and claim no optimum."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import CONSTANT, NONE, ConstantDamping, Damping, NoDamping
-from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.rank import RULE, RankRule, equality_levels
+from taskopt.hierarchy.rank import RULE, RankRule
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.resolver.base import Memory, answered, checked
-from taskopt.resolver.closed_form import descend, task_priority
+from taskopt.jit import kernel
+from taskopt.resolver.base import Memory, answered_by_x, checked
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.descent import accounts_of, descend_hierarchy
 
 
 @dataclass(frozen=True)
@@ -114,23 +116,43 @@ class DampedLeastSquares:
 def _by_formula(
     hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
 ) -> tuple[Resolution, Memory]:
-    """Solve the levels in order, and return x with the multipliers that fit it best."""
+    """Solve the levels in order, and return x; multipliers that fit it best are found when asked for."""
     _refuse_inequalities(hierarchy, name)
     memory = checked(memory, hierarchy.layout)
-    previous_ranks = memory.ranks if memory else ()
-    x, levels = descend(equality_levels(hierarchy), hierarchy.norm, damping, rule, previous_ranks)
-    state = np.zeros(hierarchy.layout.width, dtype=np.int8)
-    return answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA, levels=levels)
+    before = memory.ranks if memory else ()
+    x = np.empty(hierarchy.n)
+    ranks = descend_hierarchy(hierarchy, damping, rule, before, x)
+    own = partial(accounts_of, damping=damping, rule=rule, previous_ranks=before)
+    resolution = answered_by_x(hierarchy, x, Status.FORMULA, levels=own)
+    return resolution, Memory(np.zeros(hierarchy.layout.width, dtype=np.int8), ranks)
 
 
 def _refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
     """Raise `InvalidValue` if a level holds an inequality; the error names its row."""
-    first = int(hierarchy.layout.offsets[1])
-    lower, upper = hierarchy.lower[first:], hierarchy.upper[first:]
-    out_of_force = (lower == -np.inf) & (upper == np.inf)  # asks for nothing, and so is no inequality
-    unequal = np.flatnonzero((lower != upper) & ~out_of_force)
-    if unequal.size:
-        row = hierarchy.layout.row_names[first + int(unequal[0])]
+    layout = hierarchy.layout
+    first = first_inequality(hierarchy.lower, hierarchy.upper, layout.offsets)
+    if first >= 0:
+        row = layout.row_names[first]
         raise InvalidValue(
             f"{name} is a closed form and knows no inequality, got {row}; use hqp/… or active-set"
         )
+
+
+@kernel
+def first_inequality(lower: Array, upper: Array, offsets: IntArray) -> int:
+    """Return the first row of the levels that is an inequality, or −1 if there is none.
+
+    A row without bounds asks for nothing, and so is no inequality.
+
+    Args:
+        lower: (M,) lower bounds of the rows.
+        upper: (M,) upper bounds of the rows.
+        offsets: First rows of the levels, (levels + 2,).
+
+    Returns:
+        Index of the row.
+    """
+    for i in range(offsets[1], lower.size):
+        if lower[i] != upper[i] and not (lower[i] == -np.inf and upper[i] == np.inf):
+            return i
+    return -1

@@ -182,7 +182,7 @@ def refuse_broken_claim(answer: tuple[Resolution, Memory]) -> tuple[Resolution, 
         `no_answer` with the status INFEASIBLE if the claim is replaced; otherwise `answer` itself.
     """
     resolution = answer[0]
-    broken = resolution.certificate.broken_limit
+    broken = resolution.broken_limit
     if not resolution.claimed or broken <= KKT_MET or limits_agree(resolution.problem):
         return answer
     return no_answer(resolution.source, Status.INFEASIBLE, resolution.iterations)

@@ -1,7 +1,9 @@
 """The review of one answer: its closed form, the error of x, and the causes of a difference."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,7 +14,11 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import Cause, LevelAccount, Review
 from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.hierarchy.tolerances import ACCURACY, DOUBTFUL_KEPT, DOUBTFUL_LOST, SMALLEST_VELOCITY
-from taskopt.resolver.closed_form import LevelEqualities, TaskPriority, descend
+from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.descent import LevelEqualities, TaskPriority, descend
+
+Accounts: TypeAlias = tuple[LevelAccount, ...] | Callable[[Hierarchy], tuple[LevelAccount, ...]]
+"""Ranks and damping by level, or a function that finds them for a problem when they are asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,17 +33,17 @@ class TickReview(Review):
 
     resolution: Resolution
     accuracy: float = ACCURACY
-    own: tuple[LevelAccount, ...] = ()
+    own: Accounts = ()
 
-    @property
+    @cached_property
     def closed_form(self) -> Array:
         """x (n,) of task priority on the equalities of the same problem, without damping."""
-        return self._unconstrained.x
+        return task_priority(self.resolution.problem)
 
     @property
     def levels(self) -> tuple[LevelAccount, ...]:
         """Ranks and damping by level, the hard rows first."""
-        return self.own or self._on_active_set.levels
+        return self._own or self._on_active_set.levels
 
     @cached_property
     def difference(self) -> float:
@@ -63,10 +69,10 @@ class TickReview(Review):
 
     def _other_causes(self) -> tuple[Cause, ...]:
         """Return the other causes of a difference: the formula, doubtful ranks, or the solver's accuracy."""
-        if self.resolution.status is Status.FORMULA and not self.own:
+        if self.resolution.status is Status.FORMULA and not self._own:
             return (Cause("formula", "a formula that does not solve the problem"),)
         if self.resolution.status is Status.FORMULA:
-            pairs = zip(self.own, self._unconstrained.levels, strict=True)
+            pairs = zip(self._own, self._unconstrained.levels, strict=True)
             return tuple(_rank_cause(own) for own, cold in pairs if own.rank != cold.rank)
         if not self.error > self.accuracy:
             return ()
@@ -75,6 +81,11 @@ class TickReview(Review):
         ]
         accuracy = Cause("accuracy", f"solver accuracy, {self.error:.1e} of x")
         return tuple(map(_rank_cause, doubtful)) or (accuracy,)
+
+    @cached_property
+    def _own(self) -> tuple[LevelAccount, ...]:
+        """Ranks and damping that the resolver decided itself."""
+        return self.own(self.resolution.problem) if callable(self.own) else self.own
 
     @cached_property
     def _unconstrained(self) -> TaskPriority:

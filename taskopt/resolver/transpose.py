@@ -7,13 +7,12 @@ import numpy as np
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Layout
-from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import inverse_root
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import TRANSPOSE_STUCK
-from taskopt.resolver.base import Memory, answered, checked
+from taskopt.resolver.base import Memory, answered_by_x, checked
 from taskopt.resolver.closed_form import task_priority
 
 
@@ -57,11 +56,10 @@ class Transpose:
         torque = A.T @ (weight * b)
         root = inverse_root(hierarchy.norm)
         x = root @ (root.T @ torque)
-        state = np.zeros(hierarchy.layout.width, dtype=np.int8)
-        answer, own = answered(hierarchy, x, find_multipliers(hierarchy, x), state, Status.FORMULA)
+        answer = answered_by_x(hierarchy, x, Status.FORMULA)
         if is_stuck(A, weight * b):
             answer = answer.replaced(notes=(_stuck_note(hierarchy.layout),))
-        return answer, own
+        return answer, Memory(np.zeros(hierarchy.layout.width, dtype=np.int8))
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
         """Return x (n,) of `task_priority`, to which the answer of the transpose can be compared."""
