@@ -400,9 +400,9 @@ _OF_RESOLVERS = (
     ),
     Fault(
         "damping enters as k, not k²",
-        "resolver/closed_form.py",
-        "(s / (s**2 + squared)",
-        "(s / (s**2 + np.sqrt(squared))",
+        "resolver/descent.py",
+        "return damping.k**2 if",
+        "return damping.k if",
     ),
     Fault(
         "the weighted problem shifts ratios by a level",
@@ -496,13 +496,13 @@ _OF_RESOLVERS = (
     Fault(
         "claims that break hard limits are sent",
         "loop/loop.py",
-        "return resolution.certificate.broken_limit <= _LIMITS_KEPT[resolution.status]",
+        "return resolution.broken_limit <= _LIMITS_KEPT[resolution.status]",
         "return True",
     ),
     Fault(
         "velocities that are not finite are sent",
         "loop/loop.py",
-        "if not np.isfinite(resolution.x).all():\n        return False",
+        "if not is_finite(resolution.x):\n        return False",
         "if resolution.x is None:\n        return False",
     ),
     Fault(
