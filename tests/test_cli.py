@@ -129,6 +129,11 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
         ["bench", "accuracy"],
         ["bench", "fuzz"],
         ["bench", "strictness"],
+        ["bench", "run"],
+        ["bench", "report"],
+        ["bench", "diff"],
+        ["bench", "sets"],
+        ["bench", "capture"],
     ],
 )
 def test_help_says_what_there_is(words: list[str], taskopt: Command) -> None:
@@ -148,6 +153,24 @@ def test_the_accuracy_benchmark_prints_a_table_with_and_without_bounds_that_bind
     assert "clarabel" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 120
     assert "no resolver named 'hqp/dapq'" in taskopt("bench", "accuracy", "-s", "dapq").refusal
+
+
+@pytest.mark.slow
+def test_a_comparison_from_a_scenario_to_a_report(tmp_path: Path, taskopt: Command) -> None:
+    """Capture a set, compare on it, write the report; a second run has nothing to do, and nothing differs."""
+    done = taskopt("bench", "capture", PLANAR, "-o", "mine.npz", "--ticks", "3")
+    assert "wrote mine.npz: 3 problems" in done.stdout, done.stderr
+    words = ["bench", "run", "--set", "mine.npz", "-r", "active-set,pinv,hqp/daqp", "--out", "out"]
+    assert taskopt(*words).code == 0
+    rows = (tmp_path / "out" / "rows.jsonl").read_text()
+    assert taskopt(*words).code == 0
+    assert (tmp_path / "out" / "rows.jsonl").read_text().startswith(rows)
+    done = taskopt("bench", "report", "out")
+    assert "The closed form (pinv) has the exact optimum in all problems of: mine.npz" in done.stdout
+    assert (tmp_path / "out" / "report" / "benchmark.html").is_file()
+    done = taskopt("bench", "diff", "out", "out")
+    assert "→ " in done.stdout
+    assert "1.000" in done.stdout
 
 
 @pytest.mark.slow

@@ -6,9 +6,12 @@ from typing import Annotated
 
 import typer
 
+from taskopt.bench.comparison.commands import comparison
+
 bench = typer.Typer(
     help="Measure solvers and methods on this machine.", no_args_is_help=True, rich_markup_mode=None
 )
+bench.add_typer(comparison)
 
 
 @bench.command()

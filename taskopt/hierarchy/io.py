@@ -25,11 +25,42 @@ def write(path: Path, layout: Layout, buffer: Array, norm: Array) -> None:
         buffer: The flat buffer, (`layout.size`,).
         norm: W, (n,) or (n, n).
     """
-    names = json.dumps({"format": _FORMAT, **asdict(layout)})
     part = path.with_name(f"{path.name}.part")
     with part.open("wb") as file:
-        np.savez_compressed(file, buffer=buffer, norm=norm, layout=np.array(names))
+        np.savez_compressed(file, buffer=buffer, norm=norm, layout=np.array(names_of(layout)))
     part.replace(path)
+
+
+def names_of(layout: Layout) -> str:
+    """Write the names and sizes of a hierarchy as text.
+
+    Args:
+        layout: Names and sizes.
+
+    Returns:
+        JSON text, which `layout_of` reads.
+    """
+    return json.dumps({"format": _FORMAT, **asdict(layout)})
+
+
+def layout_of(text: str) -> Layout:
+    """Read the names and sizes of a hierarchy from text of the present format.
+
+    Args:
+        text: The text that `names_of` wrote.
+
+    Returns:
+        The layout.
+
+    Raises:
+        KeyError: A part is missing.
+        TypeError: A part is not known.
+        ValueError: The text is no JSON, or has another format.
+    """
+    names = json.loads(text)
+    if names["format"] != _FORMAT:
+        raise ValueError(f"names of format {names['format']}; this version reads {_FORMAT}")
+    return _layout(names)
 
 
 def read(path: Path) -> tuple[Layout, Array, Array]:

@@ -267,6 +267,13 @@ Smaller: rounding in JᵀJ, about 1e-16, decides which solution a solver finds. 
 σ = 1e-6 on.
 """
 
+REGRETTED = 1e-8
+"""Regret of a level beyond which `taskopt bench run` says that an answer makes the level worse.
+
+Smaller: answers that are as accurate as was asked for count as worse. Larger: priorities that weights give
+away by little go unseen.
+"""
+
 # --- Active set: fast path ------------------------------------------------------------------------------
 
 FAST_PATH_COVERED = 1e-6

@@ -1,6 +1,7 @@
 """All other installed solvers that qpsolvers finds. Source: Caron et al., qpsolvers, software, LGPL-3.0."""
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,18 @@ _TOLERANCES = {  # the names under which a solver takes its tolerances; none for
     "osqp": ("eps_abs", "eps_rel"),
     "scs": ("eps_abs", "eps_rel"),
     "piqp": ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"),
+    **dict.fromkeys(("cvxopt", "kvxopt", "ecos"), ("abstol", "reltol", "feastol")),
+    "qpalm": ("eps_abs", "eps_rel"),
+    "qtqp": ("atol", "rtol"),
 }
+_ROWS_ONLY = (
+    "cvxopt",
+    "kvxopt",
+    "ecos",
+    "qpswift",
+    "qpax",
+    "qtqp",
+)  # qpsolvers hands them bounds as rows, inf too
 _OPTIONS: dict[str, dict[str, float]] = {
     "osqp": {"max_iter": 20000},
     "scs": {"max_iters": 50000},
@@ -42,10 +54,35 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     Raises:
         NotInstalled: The package qpsolvers cannot be imported.
     """
-    package = _package()
-    rows = one_sided(qp.C, qp.lower, qp.upper)
     options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), max(accuracy, 1e-13))
-    found = _solved(package, _problem(package, qp, rows, name), name, options | _OPTIONS.get(name, {}))
+    return _solve(name, qp, options | _OPTIONS.get(name, {}))
+
+
+def solve_at_default_tolerances(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:  # noqa: ARG001
+    """Solve a convex program with the tolerances that a solver has if nobody asks for any.
+
+    Args:
+        name: Name of the solver in qpsolvers.
+        qp: The program.
+        accuracy: Ignored.
+
+    Returns:
+        As `solve`.
+
+    Raises:
+        NotInstalled: The package qpsolvers cannot be imported.
+    """
+    limit = {"time_limit": _OPTIONS["highs"]["time_limit"]} if name == "highs" else {}
+    return _solve(name, qp, limit)
+
+
+def _solve(name: str, qp: QuadraticProgram, options: dict[str, float]) -> Solution:
+    """Solve a convex program with options of the solver."""
+    package = _package()
+    if name in _ROWS_ONLY and (np.isfinite(qp.box_lower) | np.isfinite(qp.box_upper)).any():
+        return _without_box(name, qp, options)
+    rows = one_sided(qp.C, qp.lower, qp.upper)
+    found = _solved(package, _problem(package, qp, rows, name), name, options)
     if found is None:
         x = np.full(qp.n, np.nan)
         return Solution(x, np.full(len(qp.C), np.nan), x, Status.FAILED)
@@ -54,6 +91,24 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     y = rows.multipliers(of_equal, of_inequal, len(qp.C))
     y_box = np.zeros(qp.n) if found.z_box is None or not len(found.z_box) else np.asarray(found.z_box)
     return Solution(np.asarray(found.x), y, y_box, Status.SOLVED)
+
+
+def _without_box(name: str, qp: QuadraticProgram, options: dict[str, float]) -> Solution:
+    """Solve the program with the finite bounds of its box as rows."""
+    m, bounded = len(qp.C), np.flatnonzero(np.isfinite(qp.box_lower) | np.isfinite(qp.box_upper))
+    free = np.full(qp.n, np.inf)
+    rows = replace(
+        qp,
+        C=np.vstack([qp.C, np.eye(qp.n)[bounded]]),
+        lower=np.concatenate([qp.lower, qp.box_lower[bounded]]),
+        upper=np.concatenate([qp.upper, qp.box_upper[bounded]]),
+        box_lower=-free,
+        box_upper=free,
+    )
+    found = _solve(name, rows, options)
+    y_box = np.zeros(qp.n)
+    y_box[bounded] = found.y[m:]
+    return replace(found, y=found.y[:m], y_box=y_box)
 
 
 def solve_at_defaults(name: str, H: Array, g: Array, lower: Array, upper: Array) -> Array:
@@ -103,6 +158,7 @@ def _problem(package: Any, qp: QuadraticProgram, rows: OneSided, name: str) -> A
     """Return the program in the form of qpsolvers, dense or sparse as the solver requires."""
     form = np.asarray if name in package.dense_solvers else compressed
     infinity = _INFINITY.get(name, np.inf)
+    boxed = name not in _ROWS_ONLY
     return package.Problem(
         form(qp.H),
         qp.g,
@@ -110,6 +166,6 @@ def _problem(package: Any, qp: QuadraticProgram, rows: OneSided, name: str) -> A
         rows.h if len(rows.h) else None,
         form(rows.A) if len(rows.b) else None,
         rows.b if len(rows.b) else None,
-        np.maximum(qp.box_lower, -infinity),
-        np.minimum(qp.box_upper, infinity),
+        np.maximum(qp.box_lower, -infinity) if boxed else None,
+        np.minimum(qp.box_upper, infinity) if boxed else None,
     )

@@ -6,10 +6,13 @@ To add a solver to taskopt, write a file beside this one with a function `solve`
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from pathlib import Path
 
 from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
@@ -154,6 +157,62 @@ def register_solver(
     row = Solver(name, method, accuracy, proves_infeasible=proves_infeasible, module="", function=solve)
     _known[name] = row
     return row
+
+
+def at_defaults(name: str) -> str:
+    """Make a solver of qpsolvers known that keeps its own default tolerances, and return its name.
+
+    Args:
+        name: Name of a solver that qpsolvers knows.
+
+    Returns:
+        Its name with " at defaults", as in "hqp/osqp at defaults".
+
+    Raises:
+        UnknownName: There is no such solver.
+        NotInstalled: Its package, or qpsolvers, cannot be imported.
+    """
+    known, new = solver(name), f"{name} at defaults"
+    if new not in _known:
+        solve = partial(import_module("taskopt.solver.qpsolvers").solve_at_default_tolerances, known.name)
+        register_solver(new, solve, method=f"{known.method}, default tolerances", accuracy=math.inf)
+    return new
+
+
+PACKAGES = {
+    "copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "hpipm": "hpipm-python",
+    "jaxopt_osqp": "jaxopt", "mosek": "mosek", "proxqp": "proxsuite", "sip": "sip-python",
+}  # fmt: skip
+"""Distributions of solvers of qpsolvers that are called otherwise than the solver."""
+
+
+def solver_versions() -> dict[str, str]:
+    """Find the versions of the solvers that are installed.
+
+    Returns:
+        Version by name of the solver; those that a user registered have none.
+    """
+    found = {}
+    for row in solvers():
+        if row.installed and row.function is None:
+            with suppress(PackageNotFoundError):
+                found[row.name] = version(PACKAGES.get(row.name, row.name))
+    return found
+
+
+def missing_solvers() -> dict[str, str]:
+    """Find the solvers that the table or qpsolvers knows and that are not installed.
+
+    Returns:
+        Name of the distribution to install, by name of the solver. Some need a licence or a compiler.
+    """
+    there = {row.name for row in solvers() if row.installed}
+    names = [row.name for row in solvers()]
+    package = find_spec("qpsolvers")
+    if package is not None and package.submodule_search_locations is not None:
+        folder = Path(package.submodule_search_locations[0]) / "solvers"
+        names += sorted(file.stem.removesuffix("_") for file in folder.glob("[a-z]*_.py"))
+    return {name: PACKAGES.get(name, name) for name in dict.fromkeys(names) if name not in there}
 
 
 def _others() -> tuple[Solver, ...]:

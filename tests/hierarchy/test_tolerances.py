@@ -13,6 +13,8 @@ TABLE = Path(tolerances.__file__)
 SMALL = 1e-3  # a smaller literal is a tolerance, a step, or a floor, and none of them is obvious
 ALLOWED = {
     "bench/accuracy.py": "singular values and steps that the benchmark plants",
+    "bench/comparison/plots.py": "the least distance that a logarithmic axis shows",
+    "bench/comparison/results.py": "the shift of a mean of times",
     "bench/random_stacks.py": "distances to a limit that the benchmark plants",
     "bench/strictness.py": "weights that are compared, and the accuracy that an oracle is asked for",
     "figures/algorithms.py": "the least error that a logarithmic axis shows",

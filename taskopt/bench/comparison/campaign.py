@@ -1,0 +1,254 @@
+"""A comparison that can be interrupted: what is to be tried, what is done, and the file that keeps it.
+
+The file `rows.jsonl` has JSON objects, one a line. The first line of each session has the
+conditions: machine, versions, settings, sets with checksums, missing solvers. Each other line has one cell
+(set, sequence, resolver, setting) with its rows as columns, see `trial.ROW`. Lines are written whole; what a
+kill leaves half-written is cut off at the next start, and its cell tried again.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from platform import python_version
+from typing import Any
+
+from taskopt.arrays import positive
+from taskopt.bench.comparison.catalogue import problem_set, set_names
+from taskopt.bench.comparison.plugin import load_plugin
+from taskopt.bench.comparison.problem_set import ProblemSet
+from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checked_setting
+from taskopt.bench.comparison.worker import Cell, Worker
+from taskopt.errors import InvalidValue
+from taskopt.record.manifest import machine, versions
+from taskopt.resolver.registry import resolver, resolver_names
+from taskopt.solver.registry import missing_solvers, solver_versions, solvers
+
+FILE = "rows.jsonl"
+_OUTPUT = "output.txt"
+PLAIN = ("active-set", "pinv", "dls", "transpose")
+FAMILIES = ("hqp", "wqp")
+_WITH_QPSOLVERS = ("hqp/", "wqp/")
+_WITHOUT_MEMORY = ("hqp/", "wqp/", "cvxpy/")  # they state that they use no warm start
+_MUST_AGREE = ("versions", "machine", "repeats")
+
+
+def standard_resolvers(*, full: bool = False) -> tuple[str, ...]:
+    """Return the names of the resolvers of the standard report.
+
+    Args:
+        full: True for those of the full report, with CVXPY's models.
+
+    Returns:
+        The plain ones, and one of each family for each installed solver.
+    """
+    names = [row.name for row in solvers() if row.installed]
+    families = (*FAMILIES, "cvxpy") if full else FAMILIES
+    made = [f"{family}/{name}" for family in families for name in names]
+    there = resolver_names()  # CVXPY does not know all of them
+    return (*PLAIN, *(name for name in made if name in there))
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What is to be compared.
+
+    Attributes:
+        sets: Names or files of problem sets; empty for the standard ones.
+        resolvers: Names of resolvers; empty for the standard ones.
+        settings: Names of settings.
+        repeats: How often each problem is resolved and timed.
+        deadline: Time for one answer [s].
+        plugins: Python files that register solvers and resolvers; they are executed.
+        full: True for the sets and resolvers of the full report, where none are named.
+
+    Raises:
+        InvalidValue: A number is not positive, or there is no setting of a name.
+        UnknownName: There is no set or resolver of a name.
+        NotInstalled: The package of a solver cannot be imported.
+    """
+
+    sets: tuple[str, ...] = ()
+    resolvers: tuple[str, ...] = ()
+    settings: tuple[str, ...] = tuple(SETTINGS)
+    repeats: int = 3
+    deadline: float = 10.0
+    plugins: tuple[str, ...] = ()
+    full: bool = False
+
+    def __post_init__(self) -> None:
+        positive("repeats", self.repeats)
+        positive("deadline", self.deadline)
+        for name in self.settings:
+            checked_setting(name)
+        for plugin in self.plugins:
+            load_plugin(plugin)
+        for name in self.resolver_names:
+            resolver(name)
+
+    @property
+    def resolver_names(self) -> tuple[str, ...]:
+        """Names of all resolvers that are tried."""
+        return self.resolvers or standard_resolvers(full=self.full)
+
+    def problem_sets(self) -> dict[str, ProblemSet]:
+        """Make or load the sets, by name or file."""
+        return {name: problem_set(name) for name in self.sets or set_names(large=self.full)}
+
+    def cells(self, sets: dict[str, ProblemSet]) -> Iterator[tuple[Cell, int]]:
+        """Yield all cells with the number of their problems; those of one sequence come together.
+
+        Args:
+            sets: The sets, by name or file.
+
+        Yields:
+            Cell and number of problems, but for settings that change nothing: warm where a resolver uses no
+            memory, defaults where it has no solver of qpsolvers.
+        """
+        for name, found in sets.items():
+            for sequence in found.sequences:
+                for answer in self.resolver_names:
+                    for setting in self.settings:
+                        if self._differs(SETTINGS[setting], answer, len(sequence.problems)):
+                            yield Cell(name, sequence.name, answer, setting), len(sequence.problems)
+
+    def _differs(self, setting: Setting, answer: str, length: int) -> bool:
+        """Return False where a setting changes nothing for a resolver, which is asked cold then."""
+        if setting.defaults:
+            return answer.startswith(_WITH_QPSOLVERS) and answer.partition("/")[2] in _qpsolvers_knows()
+        return not setting.warm or not (length == 1 or answer.startswith(_WITHOUT_MEMORY))
+
+
+@cache
+def _qpsolvers_knows() -> frozenset[str]:
+    """Return the names of the installed solvers that have default tolerances of their own."""
+    return frozenset(row.name for row in solvers() if row.installed and row.function is None)
+
+
+def conditions(campaign: Campaign, sets: dict[str, ProblemSet]) -> dict[str, Any]:
+    """Describe under which conditions a campaign is run.
+
+    Args:
+        campaign: The campaign.
+        sets: Its sets.
+
+    Returns:
+        Plain data for JSON.
+    """
+    described = {
+        name: {
+            "name": found.name, "version": found.version, "checksum": found.checksum, "hard": found.hard,
+            "description": found.description, "problems": found.count, "sequences": len(found.sequences),
+            "unknowns": {one.name: one.problems[0].n for one in found.sequences},
+        }
+        for name, found in sets.items()
+    }  # fmt: skip
+    return {
+        "format": 1,
+        "versions": {"python": python_version()} | versions() | solver_versions(),
+        "machine": machine(),
+        "repeats": campaign.repeats,
+        "deadline": campaign.deadline,
+        "settings": {name: SETTINGS[name].about for name in campaign.settings},
+        "sets": described,
+        "missing": missing_solvers(),
+    }
+
+
+def carry_out(campaign: Campaign, folder: Path) -> Iterator[tuple[int, int, Cell]]:
+    """Try all that is not done yet, and keep each cell when it is done.
+
+    Args:
+        campaign: What is to be compared.
+        folder: Folder of the file; it is made if it is not there.
+
+    Yields:
+        Number of cells that are done, number of all, and the cell that is next or was done last.
+
+    Raises:
+        InvalidValue: The folder has rows from other conditions or of other problems.
+    """
+    sets = campaign.problem_sets()
+    folder.mkdir(parents=True, exist_ok=True)
+    file, here = folder / FILE, conditions(campaign, sets)
+    kept = done_cells(file, here)
+    cells = [(cell, length) for cell, length in campaign.cells(sets) if cell not in kept]
+    total = len(cells) + len(kept)
+    _append(file, {"conditions": here})
+    worker = Worker(folder / _OUTPUT, campaign.deadline, campaign.repeats, campaign.plugins)
+    try:
+        for done, (cell, length) in enumerate(cells, len(kept)):
+            yield done, total, cell
+            rows = worker.ask(cell, length)
+            _append(file, {"cell": cell._asdict(), "rows": _columns(rows)})
+    finally:
+        worker.end()
+    if cells:
+        yield total, total, cells[-1][0]
+
+
+def done_cells(file: Path, here: dict[str, Any]) -> set[Cell]:
+    """Read which cells are done, and cut off a line that a kill left half-written.
+
+    Args:
+        file: The file of rows; it need not be there.
+        here: The present conditions.
+
+    Returns:
+        The cells.
+
+    Raises:
+        InvalidValue: The file is from other conditions or other problems.
+    """
+    if not file.is_file():
+        return set()
+    text = file.read_bytes()
+    whole = text[: text.rfind(b"\n") + 1]
+    if len(whole) < len(text):
+        os.truncate(file, len(whole))
+    done = set()
+    for line in whole.splitlines():
+        entry = json.loads(line)
+        if "conditions" in entry:
+            _refuse_others(file, entry["conditions"], here)
+        else:
+            done.add(Cell(**entry["cell"]))
+    return done
+
+
+def _refuse_others(file: Path, then: dict[str, Any], here: dict[str, Any]) -> None:
+    """Raise `InvalidValue` if the rows of a file cannot be compared with those to come."""
+    changed = [
+        f"{part} ({_difference(then[part], here[part])})" for part in _MUST_AGREE if then[part] != here[part]
+    ]
+    both = sorted(then["sets"].keys() & here["sets"].keys())
+    sums = [(name, then["sets"][name]["checksum"], here["sets"][name]["checksum"]) for name in both]
+    changed += [f"the problems of set {name}" for name, old, new in sums if old != new]
+    if changed:
+        raise InvalidValue(
+            f"{file} was begun under other conditions: {'; '.join(changed)}; take another --out, or the old "
+            "environment"
+        )
+
+
+def _difference(then: Any, here: Any) -> str:
+    """Return what differs between two values, entry by entry for mappings."""
+    if isinstance(then, dict) and isinstance(here, dict):
+        keys = [key for key in (then | here) if then.get(key) != here.get(key)]
+        return ", ".join(f"{key}: {then.get(key)} → {here.get(key)}" for key in keys)
+    return f"{then} → {here}"
+
+
+def _columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """Return rows as columns."""
+    return {name: [row[name] for row in rows] for name in BLANK}
+
+
+def _append(file: Path, entry: dict[str, Any]) -> None:
+    """Append a line, and see to it that it is on the disk."""
+    with file.open("a", encoding="utf-8") as lines:
+        lines.write(json.dumps(entry) + "\n")
+        lines.flush()
+        os.fsync(lines.fileno())

@@ -1,0 +1,152 @@
+"""The figures and the report of a comparison, from rows that are made by hand."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from taskopt.bench.comparison.campaign import FILE
+from taskopt.bench.comparison.report import write_report
+from taskopt.bench.comparison.results import (
+    SHIFT,
+    Results,
+    all_figures,
+    figures,
+    profile,
+    read_results,
+    shifted_mean,
+)
+from taskopt.bench.comparison.tables import difference, findings, markdown, tables
+from taskopt.bench.comparison.trial import BLANK
+from taskopt.errors import InvalidValue, MissingFile
+from taskopt.record.columns import read_parquet
+
+CONDITIONS = {
+    "versions": {"python": "3.11.7", "taskopt": "0"}, "machine": {"cpu": "C", "cores": 2, "system": "S"},
+    "repeats": 3, "deadline": 1.0, "settings": {"cold": "Cold."}, "missing": {"gurobi": "gurobipy"},
+}  # fmt: skip
+
+
+def about(name: str, *, hard: bool = False, checksum: str = "a") -> dict[str, Any]:
+    return {
+        "name": name, "version": 1, "checksum": checksum, "hard": hard, "description": "Some.", "problems": 2,
+        "sequences": 1, "unknowns": {"s": 3},
+    }  # fmt: skip
+
+
+def write(folder: Path, cells: dict[tuple[str, str], list[dict[str, Any]]], checksum: str = "a") -> Results:
+    """Write rows of (set, resolver) as a comparison would, and read them."""
+    sets = {
+        "easy": about("easy", checksum=checksum),
+        "hard": about("hard", hard=True, checksum=checksum),
+    }
+    lines = [json.dumps({"conditions": CONDITIONS | {"sets": sets}})]
+    for (name, resolver), rows in cells.items():
+        filled = [BLANK | {"index": index, "reference": "rational"} | row for index, row in enumerate(rows)]
+        columns = {key: [row[key] for row in filled] for key in BLANK}
+        cell = {"set": name, "sequence": "s", "resolver": resolver, "setting": "cold"}
+        lines.append(json.dumps({"cell": cell, "rows": columns}))
+    folder.mkdir(exist_ok=True)
+    (folder / FILE).write_text("\n".join(lines) + "\n")
+    return read_results(folder)
+
+
+def row(verdict: str, distance: float, seconds: float) -> dict[str, Any]:
+    claim = {"claimed": verdict != "no claim", "verdict": verdict, "status": "SOLVED"}
+    return claim | {"distance": distance, "cpu": seconds, "wall": 2 * seconds}
+
+
+CELLS = {
+    ("easy", "active-set"): [row("proven", 0.0, 1e-5), row("proven", 1e-12, 4e-5)],
+    ("easy", "hqp/x"): [row("proven", 1e-10, 2e-5), row("refuted", 1e-2, 2e-5)],
+    ("easy", "pinv"): [row("no claim", 1e-16, 1e-6), row("no claim", np.inf, 1e-6)],
+    ("hard", "active-set"): [row("undecided", np.nan, 1e-3), {"status": "CRASHED", "note": "gone"}],
+}
+
+
+def test_shares_are_counted(tmp_path: Path) -> None:
+    """By hand: half of the claims of hqp/x are refuted, and it is right in half of the problems."""
+    found = {one.resolver: one for one in all_figures(write(tmp_path, CELLS).well_scaled)}
+    one = found["hqp/x"]
+    assert (one.answers, one.claimed, one.proven, one.refuted, one.right) == (2, 1.0, 0.5, 0.5, 0.5)
+    assert one.distance == (1e-2, 1e-2, 1e-2)
+    assert one.mean == pytest.approx(2e-5)
+    assert found["pinv"].claimed == 0.0
+    assert found["pinv"].distance[2] == np.inf
+    hard = figures(read_results(tmp_path).where(set="hard"))
+    assert (hard.undecided, hard.failed, hard.right) == (0.5, 1, 0.0)
+    assert hard.missed == 1.0
+
+
+def test_the_mean_is_shifted_and_geometric() -> None:
+    """Of equal times it is that time; of two, the root of the shifted product less the shift."""
+    assert shifted_mean(np.full(3, 7e-6)) == pytest.approx(7e-6)
+    both = shifted_mean(np.array([0.0, 30e-6]))
+    assert both == pytest.approx(np.sqrt(SHIFT * (SHIFT + 30e-6)) - SHIFT)
+
+
+def test_profiles_count_proven_answers_only(tmp_path: Path) -> None:
+    """active-set is quickest on the first problem by 2, and alone on the second, which hqp/x has wrong."""
+    rows = write(tmp_path, CELLS).well_scaled
+    ratios = profile(rows, [("active-set", "cold"), ("hqp/x", "cold"), ("pinv", "cold")])
+    np.testing.assert_allclose(ratios["active-set", "cold"], [1.0, 1.0])
+    np.testing.assert_allclose(ratios["hqp/x", "cold"], [2.0, np.inf])
+    np.testing.assert_allclose(ratios["pinv", "cold"], [np.inf, np.inf])
+
+
+def test_findings_name_what_the_rows_show(tmp_path: Path) -> None:
+    """Most accurate, quickest, who claims what is refuted, where the closed form suffices."""
+    text = "\n".join(findings(write(tmp_path, CELLS)))
+    assert "Most accurate, of those proven in at least 99 % of the problems: active-set cold" in text
+    assert "hqp/x cold (50 %)" in text
+    assert "in a part of: easy 50 %" in text
+    assert "at most 50 % of the answers to a set (hard)" in text
+
+
+def test_a_report_has_every_row(tmp_path: Path) -> None:
+    """Markdown, page, Parquet and CSV agree with the rows, and no page loads anything from elsewhere."""
+    rows = write(tmp_path / "rows", CELLS)
+    files = {path.name: path for path in write_report(rows, tmp_path / "report")}
+    assert {"benchmark.md", "benchmark.html", "rows.parquet", "rows.csv"} <= files.keys()
+    kept = read_parquet(files["rows.parquet"])
+    np.testing.assert_array_equal(kept["distance"], rows.columns["distance"])
+    assert kept["resolver"].tolist() == rows.columns["resolver"].tolist()
+    with files["rows.csv"].open(newline="") as file:
+        assert len([*csv.DictReader(file)]) == len(rows) == 8
+    page = files["benchmark.html"].read_text()
+    assert "src=" not in page
+    assert "<link" not in page
+    assert page.count("<svg") >= 3
+    text = files["benchmark.md"].read_text()
+    assert all(name in text for name in ("hqp/x", "gurobi", "pip install gurobipy", "easy"))
+    for table in tables(rows):
+        assert all(len(line) == len(table.heading) for line in table.rows)
+        assert markdown(table) in text
+
+
+def test_a_difference_shows_what_changed(tmp_path: Path) -> None:
+    """A time that doubles has the ratio 2; sets with another checksum are left out."""
+    first = write(tmp_path / "first", CELLS)
+    slower = CELLS | {("easy", "hqp/x"): [row("proven", 1e-10, 4e-5), row("proven", 1e-10, 4e-5)]}
+    conditions, resolvers = difference(first, write(tmp_path / "second", slower))
+    assert conditions.rows == ()
+    line = next(line for line in resolvers.rows if line[0] == "hqp/x")
+    assert line[2] == "50 % → 100 %"
+    assert line[-1] == "2.000"
+    conditions, resolvers = difference(first, write(tmp_path / "third", CELLS, checksum="b"))
+    assert [line[0] for line in conditions.rows] == ["set easy", "set hard"]
+    assert resolvers.rows == ()
+
+
+def test_files_that_are_no_comparison_are_refused(tmp_path: Path) -> None:
+    """No file, no rows, and another kind of file."""
+    with pytest.raises(MissingFile, match="taskopt bench run"):
+        read_results(tmp_path)
+    with pytest.raises(InvalidValue, match="has no rows yet"):
+        write(tmp_path, {})
+    (tmp_path / FILE).write_text('{"a": 1}\n')
+    with pytest.raises(InvalidValue, match="line 1: not a line of a comparison"):
+        read_results(tmp_path)
