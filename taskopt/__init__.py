@@ -6,10 +6,9 @@ import Pinocchio and Numba, and a program that only uses hierarchies of plain ar
 
 import sys
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from taskopt.synonyms import near_names
+from taskopt.synonyms import is_module, modules_that_define, near_names
 
 if TYPE_CHECKING:
     from taskopt.arrays import Array as Array
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from taskopt.errors import DroppedWarning as DroppedWarning
     from taskopt.errors import Infeasible as Infeasible
     from taskopt.errors import InvalidValue as InvalidValue
+    from taskopt.errors import LogFailed as LogFailed
     from taskopt.errors import MissingFile as MissingFile
     from taskopt.errors import NotInstalled as NotInstalled
     from taskopt.errors import NotSolved as NotSolved
@@ -155,6 +155,12 @@ if TYPE_CHECKING:
     from taskopt.kinematics.task import Task as Task
     from taskopt.kinematics.task.transition import largest_jump as largest_jump
     from taskopt.kinematics.task.transition import swap as swap
+    from taskopt.log.again import Again as Again
+    from taskopt.log.again import solve_again as solve_again
+    from taskopt.log.reading import Log as Log
+    from taskopt.log.reading import LogEnd as LogEnd
+    from taskopt.log.reading import open_log as open_log
+    from taskopt.log.ticks import LoggedTick as LoggedTick
     from taskopt.loop.controller import Controller as Controller
     from taskopt.loop.pose.solution import GoalError as GoalError
     from taskopt.loop.pose.solution import PoseSolution as PoseSolution
@@ -193,8 +199,8 @@ _NAMES = {  # module: the names that live there
     "taskopt.arrays": "Array",
     "taskopt.compare": "Comparison",
     "taskopt.errors": (
-        "BadLog DroppedWarning Infeasible InvalidValue MissingFile NotInstalled NotSolved TaskoptError "
-        "UnknownName"
+        "BadLog DroppedWarning Infeasible InvalidValue LogFailed MissingFile NotInstalled NotSolved "
+        "TaskoptError UnknownName"
     ),
     "taskopt.hierarchy.active": "Active",
     "taskopt.hierarchy.alternation": "Alternation alternations",
@@ -248,6 +254,9 @@ _NAMES = {  # module: the names that live there
         "RollingTask SupportPolygonTask Task"
     ),
     "taskopt.kinematics.task.transition": "largest_jump swap",
+    "taskopt.log.again": "Again solve_again",
+    "taskopt.log.reading": "Log LogEnd open_log",
+    "taskopt.log.ticks": "LoggedTick",
     "taskopt.loop.controller": "Controller",
     "taskopt.loop.pose.solution": "GoalError PoseSolution Verdict",
     "taskopt.loop.pose.solver": "PoseSolver solve_pose",
@@ -283,7 +292,7 @@ def _imported(name: str) -> object:
     if name.startswith("_"):
         raise AttributeError(f"module 'taskopt' has no attribute '{name}'")
     if name not in _HOME:
-        refuse = ImportError if _is_import_statement() and not _is_module(name) else AttributeError
+        refuse = ImportError if _is_import_statement() and not is_module(name) else AttributeError
         raise refuse(f"taskopt has no name '{name}'; {_way_out(name)}")
     try:
         module = import_module(_HOME[name])
@@ -304,31 +313,15 @@ def __dir__() -> list[str]:
 
 def _way_out(name: str) -> str:
     """Return advice for an unknown name: a similar name, or the module that defines it."""
-    if _is_module(name):
+    if is_module(name):
         return f"it is a module: import taskopt.{name}"
     near = [other for other in __all__ if len(name) > 3 and name.lower() in other.lower()]
     near = near or near_names(name, __all__, 0.7)
     if near:
         return f"did you mean {' or '.join(near[:3])}?"
-    if modules := _modules_that_define(name):
+    if modules := modules_that_define(name):
         return f"it lives in {' and '.join(modules)}"
     return "dir(taskopt) lists the names that there are"
-
-
-def _modules_that_define(name: str) -> list[str]:
-    """Find modules that define a name, in their sources, since importing all of them would take seconds."""
-    root = Path(__file__).parent
-    heads = tuple(f"{word}{name}{end}" for word in ("class ", "def ") for end in "(:[") + (f"{name} = ",)
-    files = sorted(root.rglob("*.py"))
-    found = [file for file in files if any(s.startswith(heads) for s in file.read_text("utf-8").splitlines())]
-    paths = [file.parent if file.stem == "__init__" else file.with_suffix("") for file in found]
-    return [".".join(["taskopt", *path.relative_to(root).parts]) for path in paths]
-
-
-def _is_module(name: str) -> bool:
-    """Return True if `name` is a module or a package of taskopt."""
-    path = Path(__file__).parent / name
-    return path.is_dir() or path.with_suffix(".py").is_file()
 
 
 def _is_import_statement() -> bool:

@@ -5,6 +5,7 @@ The types have short names, so that `help()` prints `Array` instead of the type 
 
 from collections.abc import Iterable, Mapping
 from reprlib import repr as shortened
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ Array = TypeAliasType("Array", npt.NDArray[np.float64])
 IntArray = TypeAliasType("IntArray", npt.NDArray[np.int64])
 BoolArray = TypeAliasType("BoolArray", npt.NDArray[np.bool_])
 StateArray = TypeAliasType("StateArray", npt.NDArray[np.int8])  # −1 lower, 0 inactive, +1 upper
+AnyArray = TypeAliasType("AnyArray", npt.NDArray[Any])  # numbers, texts or objects
 Mask = TypeAliasType("Mask", npt.NDArray[np.bool_])
 ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)  # lists, tuples, numbers, arrays
 

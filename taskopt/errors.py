@@ -119,5 +119,21 @@ class DroppedWarning(UserWarning):
     """A file of a robot states something that the robot cannot represent; `Robot.dropped` lists all of it."""
 
 
+class LogFailed(TaskoptError, OSError):
+    """A log cannot be written any more, as on a full disk; the message says how much of it is in the file.
+
+    Args:
+        message: The reason.
+
+    Attributes:
+        resolution: The answer of the tick at which this was noticed, a `Resolution`, so that a loop can go
+            on without its log; None if there is none.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.resolution: RefusedAnswer | None = None
+
+
 class BadLog(TaskoptError, ValueError):
     """A recording or table cannot be read; the message says how much of it can be read."""

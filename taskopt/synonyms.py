@@ -7,7 +7,9 @@ Similar letters find a slip of the keyboard. They do not find `JointTask` for "n
 import re
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
+from pathlib import Path
 
+_ROOT = Path(__file__).parent
 SYNONYMS: tuple[tuple[str, str], ...] = (  # what is said, and the names here; the likeliest stands first
     ("end effector, effector, eef, ee, tcp, tool, tool0, hand, gripper, tip, flange", "FrameTask"),
     ("ik, inverse kinematics, solve ik, compute ik, differential ik, ik solver", "solve_pose Controller"),
@@ -116,3 +118,32 @@ def _holds(words: str, phrase: str) -> bool:
 def _words(name: str) -> str:
     """Return the words of a name in lower case, separated by spaces."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|[^A-Za-z0-9]+", " ", name).lower().strip()
+
+
+def modules_that_define(name: str) -> list[str]:
+    """Find modules that define a name, in their sources, since importing all of them would take seconds.
+
+    Args:
+        name: The name.
+
+    Returns:
+        Their names, in alphabetical order.
+    """
+    heads = tuple(f"{word}{name}{end}" for word in ("class ", "def ") for end in "(:[") + (f"{name} = ",)
+    files = sorted(_ROOT.rglob("*.py"))
+    found = [file for file in files if any(s.startswith(heads) for s in file.read_text("utf-8").splitlines())]
+    paths = [file.parent if file.stem == "__init__" else file.with_suffix("") for file in found]
+    return [".".join(["taskopt", *path.relative_to(_ROOT).parts]) for path in paths]
+
+
+def is_module(name: str) -> bool:
+    """Find out if a name is that of a module or a package of taskopt.
+
+    Args:
+        name: The name.
+
+    Returns:
+        True if it is.
+    """
+    path = _ROOT / name
+    return path.is_dir() or path.with_suffix(".py").is_file()

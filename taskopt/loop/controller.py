@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from copy import deepcopy
+from pathlib import Path
 from reprlib import repr as shortened
 
 import numpy as np
@@ -12,7 +13,9 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.stack import Plan, Stack
+from taskopt.log.raw import RawLog
 from taskopt.loop.continuity import Continuity
+from taskopt.loop.logged import LoggedLoop, described
 from taskopt.loop.loop import Loop
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.infeasible import ConflictPolicy, checked_policy
@@ -36,12 +39,16 @@ class Controller:
             "relax" them by the least that lets them agree, or "brake" to standstill.
         watch: Whether `continuity` is kept. It costs tens of microseconds at a step whose velocities change
             much, and five at the others.
+        log: File to which all steps are logged, see `open_log`; one that exists is replaced. The step copies
+            numbers, and another process writes them. The log is closed by `log.close()`, or when the
+            program ends. Copies and pickles of a controller have no log.
 
     Attributes:
         plan: The stack compiled for the robot; its tasks hold the errors and poses of the last step.
         resolver: The resolver.
         continuity: How smooth the steps were: jumps with their causes, alternating limits; None unless
             `watch` is True.
+        log: The log that is being written; None if there is none.
 
     Raises:
         UnknownName: There is no resolver, frame, joint or policy of that name.
@@ -58,6 +65,7 @@ class Controller:
         on_conflict: ConflictPolicy = "raise",
         *,
         watch: bool = False,
+        log: str | Path | None = None,
     ) -> None:
         if not isinstance(stack, Stack):
             raise InvalidValue(
@@ -65,6 +73,10 @@ class Controller:
             )
         self._follow(stack.compile(robot, dt), as_resolver(resolver), checked_policy(on_conflict))
         self.continuity = Continuity(self.plan) if watch else None
+        if log is not None:
+            description = described(self._loop, on_conflict=self._policy)
+            self.log = RawLog(log, description)
+            self._tick = LoggedLoop(self._loop, self.log, description).tick
 
     def _follow(self, plan: Plan, resolver: Resolver, policy: ConflictPolicy) -> None:
         """Make the loop."""
@@ -72,6 +84,7 @@ class Controller:
         self._robot = plan.robot
         self._loop = Loop(plan, resolver, policy)
         self._tick = self._loop.tick
+        self.log: RawLog | None = None
 
     def __reduce__(self) -> tuple[Callable[..., "Controller"], tuple[object, ...]]:
         watch = self.continuity is not None
@@ -166,6 +179,8 @@ class Controller:
             Infeasible: Hard limits contradict each other, and `on_conflict` is "raise".
             NotSolved: There is no answer that may be sent to a robot. The next step then starts without
                 memory.
+            LogFailed: The log cannot be written any more, as on a full disk. The error has the resolution,
+                and later steps are not logged.
         """
         if q.__class__ is not np.ndarray:
             if isinstance(q, Mapping):  # joints that it leaves out would be where nobody put them

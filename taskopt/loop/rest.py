@@ -11,6 +11,7 @@ never taken to hold a joint, since they stop no robot at rest.
 import numpy as np
 
 from taskopt.arrays import Array, Mask, StateArray
+from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.rank_doubt import near_limits, rank_in_doubt
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.rest import Directions, damped_directions, free_rows, null_space
@@ -35,6 +36,7 @@ class Rest:
 
     Attributes:
         ticks: Number of ticks that were damped.
+        memory: Memory with which the last solution of the last damped tick began.
     """
 
     def __init__(self, plan: Plan, resolver: Resolver) -> None:
@@ -42,6 +44,12 @@ class Rest:
         self._rows = RestLayout(plan.layout, plan.groups)
         self._hierarchy = self._rows.hierarchy(plan.hierarchy.norm)
         self.ticks = 0
+        self.memory: Memory | None = None
+
+    @property
+    def layout(self) -> Layout:
+        """Layout of the problems with damping."""
+        return self._rows.layout
 
     def answer(self, undamped: Resolution) -> Resolution:
         """Return the answer of a tick, damped if need be.
@@ -96,7 +104,8 @@ class Rest:
     def _until_same(self, state: StateArray) -> Resolution | None:
         """Solve, and damp what is free at the answer, until that is the same; None if nothing is damped."""
         h, rows = self._hierarchy, self._rows
-        resolution, memory = self._resolver(h, Memory(state))
+        self.memory = Memory(state)
+        resolution, memory = self._resolver(h, self.memory)
         held = None
         for _ in range(_SOLVES):
             if not resolution.claimed:
@@ -107,6 +116,7 @@ class Rest:
             rows.open(h)
             if not self._directions(resolution.x, resolution.state, held):
                 return None
+            self.memory = memory
             resolution, memory = self._resolver(h, memory)
         return resolution
 

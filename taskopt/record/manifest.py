@@ -1,28 +1,14 @@
 """The manifest of a log, a JSON file with everything that is needed to judge or repeat the run."""
 
-import hashlib
 import json
-import os
 import platform
-import subprocess
-from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
-from typing import TypeAlias
 
-import numpy as np
-
+from taskopt.log.provenance import Json, commit_of, machine, now, plain, source_of, versions
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 
-Json: TypeAlias = "Mapping[str, Json] | Sequence[Json] | str | int | float | bool | None"
-
 FILE = "manifest.json"
-PACKAGES = (
-    "taskopt", "numpy", "scipy", "numba", "pin", "coal", "daqp", "proxsuite", "clarabel", "qpsolvers",
-    "cvxpy", "quadprog", "piqp", "osqp", "scs", "highspy", "rerun-sdk", "pyarrow", "example-robot-data",
-)  # fmt: skip
 
 
 class ManifestSink:
@@ -60,7 +46,7 @@ class ManifestSink:
         Args:
             status: "finished", or "interrupted" if the run ended early.
         """
-        self._content["ended"] = _now()
+        self._content["ended"] = now()
         self._write(status)
 
     def _write(self, status: str) -> None:
@@ -88,104 +74,16 @@ def manifest(info: RunInfo) -> dict[str, Json]:
             "description": scenario.description,
             "duration_s": scenario.duration,
             "dt_s": scenario.dt,
-            "settings": {name: _plain(value) for name, value in scenario.settings.items()},
-            **_source(info.source),
+            "settings": {name: plain(value) for name, value in scenario.settings.items()},
+            **source_of(info.source),
         },
         "robot": {"name": scenario.robot.name, "nq": scenario.robot.nq, "nv": scenario.robot.nv},
         "q0": scenario.start.tolist(),
         "resolvers": list(info.resolvers),
         "seed": info.seed,
-        "started": _now(),
-        "git_commit": _commit(info.source),
+        "started": now(),
+        "git_commit": commit_of(info.source),
         "python": platform.python_version(),
         "versions": versions(),
         "machine": machine(),
     }
-
-
-def _plain(value: object) -> Json:
-    """Return a setting as plain data for JSON; a target that moves as its text."""
-    if isinstance(value, bool | int | float | str):
-        return value
-    try:
-        return np.asarray(value, dtype=np.float64).tolist()
-    except (TypeError, ValueError):
-        return repr(value)
-
-
-def versions() -> dict[str, str]:
-    """Find the versions of the packages that a run uses.
-
-    Returns:
-        The version of each package of `PACKAGES` that is installed, by name.
-    """
-    found = {}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return found
-
-
-def machine() -> dict[str, Json]:
-    """Describe the machine that a run is timed on.
-
-    Returns:
-        The processor ("cpu"), the number of cores that this process may use ("cores"), the operating system
-        ("system") and the environment variables that set numbers of threads ("threads").
-    """
-    threads = {
-        key: os.environ[key] for key in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS") if key in os.environ
-    }
-    return {
-        "cpu": _cpu(),
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
-        "system": platform.platform(),
-        "threads": threads,
-    }
-
-
-def _cpu() -> str:
-    """Return the name of the processor, from Linux if it states it, else from Python."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor()
-
-
-def _source(source: Path | None) -> dict[str, Json]:
-    """Return file name, hash and text of a scenario; the text is kept for readers and never executed."""
-    if source is None or not source.is_file():
-        return {}
-    text = source.read_bytes()
-    return {
-        "file": str(source),
-        "sha256": hashlib.sha256(text).hexdigest(),
-        "text": text.decode("utf-8", errors="replace"),
-    }
-
-
-def _commit(source: Path | None) -> str | None:
-    """Return the commit of the checkout that holds the scenario, with "+" if files were changed since."""
-    folder = source.resolve().parent if source is not None else Path.cwd()
-
-    def git(*words: str) -> str | None:
-        """Return the output of a git command; None if it fails or does not answer within 5 s."""
-        try:
-            done = subprocess.run(
-                ["git", *words], cwd=folder, capture_output=True, text=True, timeout=5, check=False
-            )
-        except (OSError, subprocess.TimeoutExpired):
-            return None
-        return done.stdout.strip() if done.returncode == 0 else None
-
-    commit = git("rev-parse", "HEAD")
-    return None if commit is None else commit + ("+" if git("status", "--porcelain") else "")
-
-
-def _now() -> str:
-    """Return the present time in UTC, as ISO 8601 text."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pyarrow as pa
 
 from taskopt.errors import BadLog, MissingFile
+from taskopt.log.provenance import Json
 from taskopt.record.manifest import FILE as MANIFEST
-from taskopt.record.manifest import Json
 from taskopt.record.table import FILE as TABLE
 
 LOGS = Path("logs")

@@ -22,7 +22,7 @@ from taskopt.bench.comparison.problem_set import ProblemSet
 from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checked_setting
 from taskopt.bench.comparison.worker import Cell, Worker
 from taskopt.errors import InvalidValue
-from taskopt.record.manifest import machine, versions
+from taskopt.log.provenance import machine, versions
 from taskopt.resolver.registry import resolver, resolver_names
 from taskopt.solver.registry import missing_solvers, solver_versions, solvers
 

@@ -11,8 +11,8 @@ import rerun.blueprint as rrb
 
 from taskopt.arrays import IntArray
 from taskopt.errors import InvalidValue
+from taskopt.log.provenance import Json
 from taskopt.record.batch import Nanoseconds
-from taskopt.record.manifest import Json
 
 TIME, TICK = "sim_time", "tick"
 _BACKLOG = 200  # largest number of sends that wait for a viewer; beyond it the viewer gets no more

@@ -1,0 +1,138 @@
+"""The description of a log whose ticks are those of a plan, and the parts of a tick that a plan knows."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.hierarchy.layout import Layout
+from taskopt.kinematics.plan import base_box
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.stack import Plan
+from taskopt.log.description import Description
+from taskopt.log.provenance import Json, plain
+from taskopt.log.raw import Tick
+from taskopt.resolver.base import Resolver
+
+_NO_POSE = np.full((4, 4), np.nan)
+
+
+def description_of(
+    plan: Plan, resolvers: Sequence[Resolver], damped: Layout | None, facts: Mapping[str, Json]
+) -> Description:
+    """Describe the ticks of a plan.
+
+    Args:
+        plan: The stack, compiled for the robot.
+        resolvers: The resolvers, in the order of their numbers.
+        damped: Layout of problems with damping at rest; None if there are none.
+        facts: More facts for the metadata, such as the text of a scenario.
+
+    Returns:
+        The description.
+    """
+    robot, blocks = plan.robot, {block.name: block for block in plan.layout.blocks if block.level}
+    names, units = _coordinates(robot)
+    errors = {}
+    for task in plan.tasks:
+        block = blocks[task.name]
+        if task.error.size == block.stop - block.start:
+            errors[task.name] = block.row_names, tuple(_integrated(unit) for unit in block.row_units)
+    own: dict[str, Json] = {
+        "robot": robot_facts(robot),
+        "dt_s": plan.dt,
+        "parameters": {name: plain(value) for name, value in plan.changes.read().items()},
+        "stack": [
+            {"name": t.name, "level": blocks[t.name].level, "kind": type(t).__name__, "frame": t.frame}
+            for t in plan.tasks
+        ],
+        "limits": [{"name": limit.name, "kind": type(limit).__name__} for limit in plan.limits],
+    }
+    return Description(
+        layout=plan.layout,
+        norm=plan.hierarchy.norm,
+        resolvers=tuple(resolvers),
+        damped=damped,
+        coordinates=names,
+        coordinate_units=units,
+        errors=errors,
+        poses=tuple(task.name for task in plan.tasks if task.frame is not None),
+        moving=tuple(plan.moving),
+        facts=own | dict(facts),
+    )
+
+
+def robot_facts(robot: Robot) -> dict[str, Json]:
+    """List what a reader needs to know about a robot.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Names, units and limits, with null where there is no limit.
+    """
+
+    def limits(values: Array) -> list[float | None]:
+        return [float(value) if np.isfinite(value) else None for value in values]
+
+    return {
+        "name": robot.name,
+        "nq": robot.nq,
+        "nv": robot.nv,
+        "velocities": list(robot.velocity_names),
+        "units": list(robot.coordinate_units),
+        "position_index": robot.position_index.tolist(),
+        "position_lower": limits(robot.position_lower),
+        "position_upper": limits(robot.position_upper),
+        "velocity_limit": limits(robot.velocity_limit),
+    }
+
+
+class PlanTicks:
+    """Collects what a plan knows about its present tick.
+
+    Args:
+        plan: The plan.
+        description: Description that `description_of` made of a plan of the same stack.
+    """
+
+    def __init__(self, plan: Plan, description: Description) -> None:
+        self._plan, self._base = plan, base_box(plan.tick)
+        self._erring = [task for task in plan.tasks if task.name in description.errors]
+        self._framed = [task for task in plan.tasks if task.name in description.poses]
+
+    def tick(self, index: int, t: float, q: Array, v_before: Array, memory: object) -> Tick:
+        """Return the present tick.
+
+        Args:
+            index: Number of the tick.
+            t: Time [s].
+            q: Posture, (nq,).
+            v_before: Velocity before the tick, (nv,).
+            memory: Memory that the resolver began with, see `Tick`.
+
+        Returns:
+            The tick, without times and without the number of the resolver.
+        """
+        plan, framed = self._plan, self._framed
+        return Tick(
+            index, t, plan.dt, q, v_before, memory, self._base,  # type: ignore[arg-type]
+            errors=[task.error for task in self._erring],
+            desired=[_NO_POSE if task.desired is None else task.desired for task in framed],
+            actual=[_NO_POSE if task.actual is None else task.actual for task in framed],
+            moving=list(plan.moving.values()),
+        )  # fmt: skip
+
+
+def _coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the name and the unit of each entry of q: those of its joint, or plain numbers."""
+    names, units = [f"q{i}" for i in range(robot.nq)], [""] * robot.nq
+    for k, index in enumerate(robot.position_index.tolist()):
+        if index >= 0:
+            names[index], units[index] = robot.velocity_names[k], robot.coordinate_units[k]
+    return tuple(names), tuple(units)
+
+
+def _integrated(unit: str) -> str:
+    """Return the unit of an error whose rate has a unit."""
+    return unit.removesuffix("/s").removesuffix("/s²")

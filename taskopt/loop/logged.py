@@ -1,0 +1,109 @@
+"""Ticks of a loop that are copied into a log."""
+
+import numpy as np
+
+from taskopt.arrays import Array
+from taskopt.errors import Infeasible, InvalidValue, LogFailed, NotSolved
+from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.view import answer_of
+from taskopt.log.description import Description
+from taskopt.log.of_plan import PlanTicks, description_of
+from taskopt.log.provenance import Json
+from taskopt.log.raw import RawLog
+from taskopt.loop.loop import Loop
+
+
+def described(loop: Loop, **facts: Json) -> Description:
+    """Describe the ticks of a loop.
+
+    Args:
+        loop: The loop.
+        facts: More facts for the metadata of the log.
+
+    Returns:
+        The description.
+    """
+    damped = None if loop.rest is None else loop.rest.layout
+    return description_of(loop.plan, [loop.resolver], damped, facts)
+
+
+class LoggedLoop:
+    """Resolve a stack tick by tick, and copy each tick into a log.
+
+    A tick that raises an error is copied, too, with the reason and the hierarchy as far as it was filled.
+
+    Args:
+        loop: The loop.
+        log: The log, which was made with a description of this loop.
+        description: That description.
+    """
+
+    def __init__(self, loop: Loop, log: RawLog, description: Description) -> None:
+        self._loop, self._log = loop, log
+        self._ticks, self._index = PlanTicks(loop.plan, description), 0
+
+    def tick(self, q: Array, t: float) -> Resolution:
+        """Resolve the stack at one posture and time.
+
+        Args:
+            q: Posture, (nq,) [rad, m].
+            t: Time [s].
+
+        Returns:
+            As `Loop.tick`.
+
+        Raises:
+            LogFailed: The log cannot be written any more; the error has the resolution, and later ticks are
+                not logged.
+            TaskoptError: As `Loop.tick`.
+        """
+        loop = self._loop
+        if not self._log.open:
+            return loop.tick(q, t)
+        memory, before = loop.recall(), loop.plan.velocity
+        try:
+            resolution = loop.tick(q, t)
+        except (Infeasible, NotSolved, InvalidValue) as error:
+            self._add_failed(q, t, before, memory, error)
+            raise
+        try:
+            self._add(q, t, before, memory, resolution)
+        except LogFailed as failed:
+            failed.resolution = resolution
+            raise
+        return resolution
+
+    def _add(
+        self, q: Array, t: float, before: Array, memory: object, answer: Resolution, error: str = ""
+    ) -> None:
+        """Copy a tick."""
+        loop = self._loop
+        tick = self._ticks.tick(self._index, t, q, before, memory)
+        if answer.undamped is not None and loop.rest is not None:
+            tick = tick._replace(damped_memory=loop.rest.memory)
+        self._index += 1
+        self._log.add(tick, answer, loop.plan.hierarchy, error)
+
+    def _add_failed(self, q: Array, t: float, before: Array, memory: object, error: Exception) -> None:
+        """Copy a tick that raised an error; a log that fails now leaves that error in front."""
+        hierarchy, robot = self._loop.plan.hierarchy, self._loop.plan.robot
+        answer = error.resolution if isinstance(error, NotSolved) else None
+        if not isinstance(answer, Resolution):
+            status = Status.INFEASIBLE if isinstance(error, Infeasible) else Status.FAILED
+            answer = _without_answer(hierarchy, status)
+        q = np.asarray(q) if np.shape(q) == (robot.nq,) else np.full(robot.nq, np.nan)
+        try:
+            self._add(q, t, before, memory, answer, str(error))
+        except LogFailed as failed:
+            error.add_note(str(failed))
+
+
+def _without_answer(hierarchy: Hierarchy, status: Status) -> Resolution:
+    """Return an answer of NaN, as of a tick whose problem could not be resolved."""
+    layout = hierarchy.layout
+    answer = np.full(layout.answer_size, np.nan)
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    parts.multipliers[:], parts.problem[:] = 0.0, hierarchy.buffer
+    return Resolution(hierarchy, answer, np.zeros(layout.width, dtype=np.int8), status)
