@@ -636,11 +636,48 @@ The answer is checked against it, and it is put back where it is broken. Smaller
 than expected are solved twice. Larger: interior points lose digits to bounds that nothing comes near.
 """
 
-WEIGHTED_SOLVER_SHARE = 1e-4
-"""The same for the weighted problem, whose change of variables makes errors of x larger than those it solves.
+DIVERGED = 1e15
+"""Number in the answer to a program of unit size from which on the answer is none.
 
-Smaller: interior points give up more often. Larger: raw answers of rows and weights within 10^±3 miss the
-accuracy, and limits are broken by more than 1e-9.
+Smaller: multipliers of rows that are nearly parallel count as diverged. Larger: their products overflow.
+"""
+
+NEAR_OPTIMUM = 1e-3
+"""Natural residual, at unit size, below which an answer is refined.
+
+Smaller: interior points that gave up a little early are not mended. Larger: programs without an answer are
+solved several times before it is said that they have none.
+"""
+
+CLAIM_SHARE = 0.1
+"""Natural residual over the accuracy wanted in x, at unit size, up to which an answer is claimed.
+
+Smaller: right answers to programs of a large condition are not claimed. Larger: wrong ones are.
+"""
+
+ROUNDING_SHARE = 1e-15
+"""Natural residual over the largest term of its sums that counts as rounding; about 5 units of roundoff.
+
+Smaller: answers are refined for their rounding errors. Larger: errors of a solver pass for rounding.
+"""
+
+MOST_ZOOM = 1e6
+"""Factor by which what an answer still misses is enlarged at most, before the solver is asked again.
+
+Smaller: the second answer misses more. Larger: rounding errors of the first one, as large as 1e-16, exceed
+the tolerance of the second program.
+"""
+
+HELD_MULTIPLIER = 1e3
+"""Multiplier over the natural residual from which on a row is an equality when an answer is refined.
+
+Smaller: rows at their bound with a multiplier of zero are held. Larger: the programs have larger gradients.
+"""
+
+ZOOMED_TOLERANCE = 1e-9
+"""Tolerance for the enlarged program of what an answer still misses.
+
+Smaller: interior points give up more often. Larger: more refinements are needed.
 """
 
 UNFINISHED_VIOLATION = 1e-7

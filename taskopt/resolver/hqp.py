@@ -41,8 +41,10 @@ class HierarchicalQP:
 
     It promises the lexicographic optimum within the accuracy of the solver. If a program fails although a
     point inside the limits is known, its level and those below are not solved and the status is
-    ITERATION_LIMIT; the limits and the levels before are kept. The status is INFEASIBLE, with x = NaN, if and
-    only if phase one finds that the hard limits contradict each other. It does not use a warm start.
+    ITERATION_LIMIT; the limits and the levels before are kept. So is the status of an answer whose proximal
+    steps did not converge, or whose solver took more iterations than `Solver.most_iterations`. The status is
+    INFEASIBLE, with x = NaN, if and only if phase one finds that the hard limits contradict each other. It
+    does not use a warm start.
 
     Attributes:
         solver: Name of the solver, see `taskopt.solver.registry.solvers`.
@@ -95,7 +97,7 @@ class HierarchicalQP:
         x = cascade.inverse @ cascade.xi
         y = find_multipliers(hierarchy, x)
         state, levels = final_state(hierarchy, x, y), tuple(cascade.accounts)
-        claim = cascade.status, cascade.iterations
+        claim = cascade.claim, cascade.iterations
         return refuse_broken_claim(answered(hierarchy, x, y, state, *claim, self.accuracy, levels))
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
@@ -111,12 +113,14 @@ class _Cascade:
 
     def __init__(self, hierarchy: Hierarchy, resolver: HierarchicalQP, ranks: tuple[int, ...]) -> None:
         self.hierarchy = hierarchy
-        self.solve = solve_to(solver(resolver.solver), resolver.accuracy)
+        engine = solver(resolver.solver)
+        self.solve = solve_to(engine, resolver.accuracy, engine.most_iterations)
         self.rule, self.previous_ranks = resolver.rule, ranks
         self.accounts: list[LevelAccount] = []
         self.inverse = inverse_root(hierarchy.norm)
         self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
         self.status, self.iterations = Status.SOLVED, 0
+        self.converged = True  # whether the proximal steps of all levels so far did
         self.feasible = False  # whether ξ is known to keep the limits
         self.least = False  # whether ξ has the least norm inside the levels so far
         limits = self._rows(0)
@@ -125,6 +129,11 @@ class _Cascade:
         self._eliminate(limits.selected(equal))
         if self.status is Status.SOLVED:  # x = 0 keeps the limits of most robots
             self.feasible |= not equal.any() and self.rows.contain(self.xi, 0.0)
+
+    @property
+    def claim(self) -> Status:
+        """The status of the answer; one whose proximal steps did not converge is not claimed."""
+        return self.status if self.converged else Status.ITERATION_LIMIT
 
     def level(self, k: int) -> bool:
         """Resolve level k; return False if no program could be solved."""
@@ -167,6 +176,7 @@ class _Cascade:
         if found.status is not Status.SOLVED:
             self._stop(found.status)
             return False
+        self.converged &= found.complete
         xi = self.xi + self.Z @ found.z
         value = inequalities.G @ xi
         gap = excess(value, inequalities.lower, inequalities.upper)

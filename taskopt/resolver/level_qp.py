@@ -18,12 +18,18 @@ from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import LEVEL_VIOLATION, PROXIMAL_STEP, REDUNDANT_ROW, THIN_DIRECTION
+from taskopt.hierarchy.tolerances import (
+    LEVEL_VIOLATION,
+    PROXIMAL_STEP,
+    REDUNDANT_ROW,
+    ROUNDING_SHARE,
+    THIN_DIRECTION,
+)
 from taskopt.resolver.solver_accuracy import SolveProgram
 
 _PULLS = (1e-4, 1e-2, 1.0)  # weights of the proximal term; a stronger one is tried where a solver fails
 _REPEATS = 20  # proximal steps at most
-_EASED = 0.7  # share of the pull that is left from step to step, so that steps grow where there is far to go
+_EASED = 0.5  # share of the pull that is left from step to step, so that steps grow where there is far to go
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +186,7 @@ class LeastViolation:
         multipliers: Multipliers of the rows that must hold, followed by those of the level's inequalities.
         status: Claim of the solver.
         iterations: Iterations of all programs that were solved.
-        complete: True if every proximal step was solved.
+        complete: True if every proximal step was solved, and the last one moved by no more than rounding.
     """
 
     z: Array
@@ -237,7 +243,7 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
     weight = pull * (1.0 - share**2)
     unbounded, previous = np.full(p + m, np.inf), np.zeros(p)
     lower, upper = both.lower / length, both.upper / length
-    last, iterations = None, 0
+    last, iterations, converged = None, 0, False
     for _ in range(_REPEATS):
         H = np.diag(np.concatenate([share**2 + weight, np.ones(m)]))
         g = np.concatenate([-share * goal - weight * previous, np.zeros(m)])
@@ -248,10 +254,12 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
         last, now = solution, solution.x[:p]
         pulled = weight > 0.0
         moved = np.abs(now - previous)[pulled].max(initial=0.0)
+        noise = max(PROXIMAL_STEP, ROUNDING_SHARE / float((share**2 + weight).min(initial=1.0)))
         previous, weight = now, _EASED * weight
-        if moved <= PROXIMAL_STEP * max(1.0, float(np.abs(now[pulled]).max(initial=0.0))):
+        converged = moved <= noise * max(1.0, float(np.abs(now[pulled]).max(initial=0.0)))
+        if converged:
             break
-    complete = solution.status is Status.SOLVED
+    complete = solution.status is Status.SOLVED and converged
     solution = last or solution
     z = basis @ solution.x[:p]
     return LeastViolation(z, solution.y / length, solution.status, iterations, complete)

@@ -23,11 +23,11 @@ from taskopt.hierarchy.tolerances import (
     COUNTED_MULTIPLIER,
     UNFINISHED_VIOLATION,
     WEIGHT_SPREAD,
-    WEIGHTED_SOLVER_SHARE,
 )
 from taskopt.resolver.base import Memory, answered, final_state
 from taskopt.resolver.closed_form import level_ratio, weighted_least_squares
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
+from taskopt.resolver.refinement import has_numbers
 from taskopt.resolver.solver_accuracy import checked_accuracy, solve_to
 from taskopt.solver.registry import solver
 
@@ -87,10 +87,10 @@ class WeightedQP:
         """
         problem = weighted_problem(hierarchy, self.ratio)
         qp, R = orthogonal_program(problem)
-        solution = solver(self.solver)(qp, WEIGHTED_SOLVER_SHARE * self.accuracy)
-        if solution.status is Status.FAILED:  # as interior points may, where x is much larger than 1
-            solution = solve_to(solver(self.solver), self.accuracy)(qp)
-        if solution.status in (Status.INFEASIBLE, Status.FAILED):
+        engine = solver(self.solver)
+        inverse = np.asarray(np.linalg.inv(R), dtype=np.float64)
+        solution = solve_to(engine, self.accuracy, engine.most_iterations, inverse)(qp)
+        if solution.status in (Status.INFEASIBLE, Status.FAILED) or not has_numbers(solution):
             return no_answer(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
         y = find_multipliers(problem, x)

@@ -57,6 +57,7 @@ def _settings(accuracy: float) -> Any:
     settings.verbose = False
     settings.presolve_enable = False  # it drops rows with large bounds, and their multipliers with them
     settings.max_threads = 1
+    settings.max_iter = 60  # solved programs take 31 at most; where there is no answer, it seldom notices
     settings.tol_feas = max(accuracy, 1e-12)
     # At a bound whose multiplier is zero the error of x is the square root of the gap: ask for the square.
     settings.tol_gap_abs = settings.tol_gap_rel = max(accuracy**2, 1e-15)

@@ -33,7 +33,7 @@ _ROWS_ONLY = (
 _OPTIONS: dict[str, dict[str, float]] = {
     "osqp": {"max_iter": 20000},
     "scs": {"max_iters": 50000},
-    "piqp": {"check_duality_gap": True},
+    "piqp": {"check_duality_gap": True, "max_iter": 60},  # solved programs take 22, seldom more
     "highs": {"time_limit": 1.0},  # [s] its quadratic method can cycle for ever
 }
 _INFINITY = {"piqp": 1e30}  # PIQP takes inf for a number
@@ -90,7 +90,7 @@ def _solve(name: str, qp: QuadraticProgram, options: dict[str, float]) -> Soluti
     of_inequal = found.z if found.z is not None and len(rows.h) else np.zeros(len(rows.h))
     y = rows.multipliers(of_equal, of_inequal, len(qp.C))
     y_box = np.zeros(qp.n) if found.z_box is None or not len(found.z_box) else np.asarray(found.z_box)
-    return Solution(np.asarray(found.x), y, y_box, Status.SOLVED)
+    return Solution(np.asarray(found.x), y, y_box, Status.SOLVED, _iterations(found))
 
 
 def _without_box(name: str, qp: QuadraticProgram, options: dict[str, float]) -> Solution:
@@ -152,6 +152,12 @@ def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) ->
         except package.QPError:  # some solvers raise where others return nothing
             return None
     return found if found.found and found.x is not None else None
+
+
+def _iterations(found: Any) -> int:
+    """Return the iterations of a solution in the form of qpsolvers, 0 where the solver does not say."""
+    told = found.extras.get("iterations", getattr(found.extras.get("info"), "iter", 0))
+    return int(np.sum(told))
 
 
 def _problem(package: Any, qp: QuadraticProgram, rows: OneSided, name: str) -> Any:

@@ -34,6 +34,7 @@ class Solver:
             give up.
         module: Module of `taskopt.solver` that holds the function `solve`.
         function: The function itself, for a solver that is registered by a user.
+        most_iterations: Iterations after which a resolver starts no other program in the same tick.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Solver:
     proves_infeasible: bool = True
     module: str = "qpsolvers"
     function: Solve | None = None
+    most_iterations: float = math.inf
 
     @property
     def installed(self) -> bool:
@@ -81,12 +83,24 @@ def _imported(row: Solver) -> Solve:
     return partial(solve, row.name) if row.module == "qpsolvers" else solve
 
 
+_MOST = 700  # iterations; one program takes 300 at most, so that no tick takes more than 1,000
 _TABLE = (
-    Solver("daqp", "dual active set", 1e-11, "daqp", "daqp", module="daqp"),
-    Solver("clarabel", "interior point", 1e-9, "clarabel", "clarabel", module="clarabel"),
-    Solver("proxqp", "augmented Lagrangian", 1e-8, "proxsuite", "proxsuite", False, module="proxqp"),
-    Solver("quadprog", "dual active set", 1e-11, "quadprog", "quadprog", False),
-    Solver("piqp", "proximal interior point", 1e-6, "piqp", "piqp", False),
+    Solver("daqp", "dual active set", 1e-11, "daqp", "daqp", module="daqp", most_iterations=_MOST),
+    Solver(
+        "clarabel", "interior point", 1e-9, "clarabel", "clarabel", module="clarabel", most_iterations=_MOST
+    ),
+    Solver(
+        "proxqp",
+        "augmented Lagrangian",
+        1e-8,
+        "proxsuite",
+        "proxsuite",
+        False,
+        "proxqp",
+        most_iterations=_MOST,
+    ),
+    Solver("quadprog", "dual active set", 1e-11, "quadprog", "quadprog", False, most_iterations=_MOST),
+    Solver("piqp", "proximal interior point", 1e-6, "piqp", "piqp", False, most_iterations=_MOST),
     # Of 1000 random programs it gave up 11, and called 2 solved with an error of 0.5: held to nothing.
     Solver("highs", "active set", math.inf, "highspy", "highspy", False),
     Solver("osqp", "operator splitting", 1e-6, "osqp", "osqp", False),

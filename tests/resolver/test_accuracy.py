@@ -18,6 +18,7 @@ from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.objective import JointRange, Manipulability, Objective, ObstacleDistance, UserFunction
 from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.resolver import solver_accuracy
 from taskopt.resolver.closed_form import (
     damped_inverse,
     gradient_motion,
@@ -231,9 +232,21 @@ def test_a_tighter_accuracy_asks_the_solver_for_less_residual() -> None:
 def test_rounding_errors_are_no_scale() -> None:
     """A gradient of 1e-17 beside bounds of size one leaves them of size one; it is no number to divide by."""
     spy = Spy()
-    qp = QuadraticProgram.checked(np.eye(2), [1e-17, 0.0], box_lower=[-1.0, -2.0], box_upper=[1.0, 2.0])
+    qp = QuadraticProgram.checked(np.eye(2), [1e-17, 0.0], box_lower=[1.0, -2.0], box_upper=[2.0, 2.0])
     solve_to(spy, 1e-8)(qp)
-    np.testing.assert_allclose(spy.programs[0].box_upper, [1.0, 2.0])
+    np.testing.assert_allclose(spy.programs[0].box_upper, [2.0, 2.0])
+
+
+def test_an_optimum_without_bounds_that_keeps_them_needs_no_solver() -> None:
+    """It is the optimum with them; the solver is asked as soon as one bound is broken."""
+    spy = Spy()
+    qp = QuadraticProgram.checked(np.eye(2), [-3.0, 0.0], box_lower=[-1.0, -2.0], box_upper=[3.0, 2.0])
+    found = solve_to(spy, 1e-8)(qp)
+    assert found.status is Status.SOLVED
+    assert not spy.programs
+    np.testing.assert_array_equal(found.x, [3.0, 0.0])
+    solve_to(spy, 1e-8)(replace(qp, box_upper=np.array([2.999, 2.0])))
+    assert spy.programs
 
 
 @pytest.mark.parametrize("far", [1e6, 1e9, 1e19, np.inf])
@@ -269,7 +282,7 @@ class Spy:
 
 
 def test_what_misses_the_accuracy_is_never_proven(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver is off by 1e-7 and claims an optimum: for 1e-5 it is proven, for 1e-8 not, and says so."""
+    """A solver is off by 1e-7 and claims an optimum: not refined, that is proven for 1e-5, not for 1e-8."""
 
     def sloppy(qp: QuadraticProgram, accuracy: float) -> Solution:
         found = solver("daqp")(qp, accuracy)
@@ -278,8 +291,11 @@ def test_what_misses_the_accuracy_is_never_proven(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(registry._known, "sloppy", Solver("sloppy", "test", 1e-6, function=sloppy))
     J, v = jacobian(0), np.random.default_rng(0).normal(size=6)
     far = np.full(7, 5.0 * np.abs(pseudo_inverse(J) @ v).max())
+    problem = Hierarchy([Level(J, v)], (-far, far))
+    assert HierarchicalQP("sloppy")(problem)[0].proven
+    monkeypatch.setattr(solver_accuracy, "refined", lambda solve, qp, found, accuracy: found)
     for accuracy, proven in ((1e-5, True), (1e-8, False)):
-        resolution, _ = HierarchicalQP("sloppy", accuracy)(Hierarchy([Level(J, v)], (-far, far)))
+        resolution, _ = HierarchicalQP("sloppy", accuracy)(problem)
         assert resolution.claimed
         assert resolution.proven is proven
         assert ("Certificate: proven." in resolution.explain()) is proven
