@@ -127,10 +127,13 @@ class Loop:
         self._memory = None
         if self._one_call is not None:
             self._one_call.forget()
+        if self.rest is not None:
+            self.rest.last = None
 
     def recall(self) -> object:
         """Return a copy of the memory of the last tick, for `remember` of a copy of this loop."""
-        return self._memory if self._one_call is None else self._one_call.history.copy()
+        own = self._memory if self._one_call is None else self._one_call.history.copy()
+        return own, None if self.rest is None else self.rest.last
 
     def remember(self, memory: object) -> None:
         """Continue with the memory of another loop of the same stack and resolver.
@@ -138,10 +141,13 @@ class Loop:
         Args:
             memory: Memory that `recall` returned.
         """
+        own, last = cast("tuple[object, tuple[Array, StateArray] | None]", memory)
         if self._one_call is None:
-            self._memory = cast("Memory | None", memory)
+            self._memory = cast("Memory | None", own)
         else:
-            self._one_call.history[:] = cast("StateArray", memory)
+            self._one_call.history[:] = cast("StateArray", own)
+        if self.rest is not None:
+            self.rest.last = last
 
     def _in_two_calls(self, q: Array, t: float) -> Resolution:
         """Fill the rows, call the resolver with them, and measure the times of both."""

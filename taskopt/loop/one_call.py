@@ -85,6 +85,8 @@ class OneCall:
             code = IN_DOUBT if code == _SOLVED and self._rest is not None else code
         else:
             code, rounds = self._entry(*self._arguments, state, answer)
+        if code == _SOLVED and self._rest is not None and self._rest.last is not None:
+            code = IN_DOUBT  # for one tick after damped ones, whatever the quick look says
         if code == _SOLVED:
             return Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
         if code == IN_DOUBT and self._rest is not None:

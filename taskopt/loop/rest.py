@@ -5,7 +5,8 @@
 
 The first solve says which limits hold the robot. The undamped answer cannot: where a level has lost its rank,
 the active set of that answer is full of limits on velocity. Limits that do not depend on the posture are
-never taken to hold a joint, since they stop no robot at rest.
+never taken to hold a joint, since they stop no robot at rest. If the undamped answer leaves nothing to damp,
+the answer of the tick before is asked: else single undamped ticks throw a robot that rests.
 """
 
 import numpy as np
@@ -37,6 +38,7 @@ class Rest:
     Attributes:
         ticks: Number of ticks that were damped.
         memory: Memory with which the last solution of the last damped tick began.
+        last: Answer and active set of the last tick, (n,) and (n + rows,), if it was damped, else None.
     """
 
     def __init__(self, plan: Plan, resolver: Resolver) -> None:
@@ -45,6 +47,7 @@ class Rest:
         self._hierarchy = self._rows.hierarchy(plan.hierarchy.norm)
         self.ticks = 0
         self.memory: Memory | None = None
+        self.last: tuple[Array, StateArray] | None = None
 
     @property
     def layout(self) -> Layout:
@@ -66,7 +69,8 @@ class Rest:
         base = base_box(self._plan.tick)[:2].ravel()
         layout, norm = h.layout, np.array(h.norm).ravel()
         watch = watch_of(self._plan.tick)
-        if undamped.claimed and not rank_in_doubt(
+        certain = self.last is None and undamped.claimed
+        if certain and not rank_in_doubt(
             h.buffer, norm, layout.offsets, layout.columns, x, undamped.state, base, watch
         ):
             return undamped
@@ -89,6 +93,9 @@ class Rest:
             state[h.n :][rows.sources >= 0] = undamped.state[h.n :][rows.sources[rows.sources >= 0]]
         joints, hard = self._held(state)
         found = self._directions(x, state, (joints | self._near(x), hard))
+        if not found and self.last is not None:
+            found = self._directions(*self.last, self._held(self.last[1]))
+        self.last = None
         if not found:
             return undamped
         rows.open(h)
@@ -99,6 +106,7 @@ class Rest:
         if damped is None or not damped.claimed:
             return undamped
         self.ticks += 1
+        self.last = damped.x, damped.state
         return damped.damped_from(undamped)
 
     def _until_same(self, state: StateArray) -> Resolution | None:
@@ -168,7 +176,7 @@ class Rest:
             own, A, b = self._level(k, state)
             if k in rows.groups:
                 places = [np.flatnonzero(np.isin(own, group)) for group in rows.groups[k]]
-                free = null_space(np.vstack(decided))
+                free = null_space(np.vstack([*decided, np.eye(h.n)[~self._moved(k)]]))
                 left = b - A @ (x - free @ (free.T @ x))
                 groups = [place for place in places if place.size]
                 directions = damped_directions(A, left, groups, free, self._plan.dt, unlimited)

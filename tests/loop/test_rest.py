@@ -32,9 +32,10 @@ from taskopt import (
     resolve,
     run,
 )
+from taskopt.arrays import Array, Mask, StateArray
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
-from taskopt.hierarchy.rest import damped_directions, free_rows, null_space
+from taskopt.hierarchy.rest import Directions, damped_directions, free_rows, null_space
 from taskopt.kinematics.limit.bound_distance import SpeedBounds
 from taskopt.loop.rest import Rest
 
@@ -169,6 +170,44 @@ def test_a_copy_of_a_controller_rests_as_the_original_does() -> None:
     _, control = steps(STRETCHED)
     q = control.plan.configuration.q.copy()
     np.testing.assert_array_equal(deepcopy(control).step(q, 3.0).v, control.step(q, 3.0).v)
+
+
+def test_an_arm_rests_although_the_undamped_answer_leaves_nothing_to_damp(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The first look of each tick, at the undamped answer, is made blind at rest."""
+    found, control = steps(STRETCHED)
+    control, directions, blind = deepcopy(control), Rest._directions, [True]
+    q = panda().posture("default")
+    for tick in found:
+        q = panda().integrate(q, tick.v, DT)
+
+    def first_blind(
+        rest: Rest, x: Array, state: StateArray, held: tuple[Mask, Mask]
+    ) -> dict[int, Directions]:
+        return {} if blind and blind.pop() else directions(rest, x, state, held)
+
+    monkeypatch.setattr(Rest, "_directions", first_blind)
+    fresh, after = Controller(panda(), hand_stack(STRETCHED), dt=DT).step(q, 3.0), [found[-1]]
+    for k in range(5):
+        blind[:] = [True]
+        after.append(control.step(q, 3.0 + k * DT))
+        q = panda().integrate(q, after[-1].v, DT)
+    assert not blind
+    assert last_jump(after) < 1e-3
+    assert np.abs(fresh.v - found[-1].v).max() > 1.0
+
+
+def test_only_joints_that_move_the_task_are_damped() -> None:
+    """The task is that of the second of four links, which are straight, and cannot reach its target."""
+    robot = planar_arm([1.0, 1.0, 1.0, 1.0])
+    reach = PositionTask("link2", target=[3.0, 0.0, 0.0], gain=5.0)
+    control = Controller(robot, Stack([[reach]], [JointVelocityLimit(1.0)], damping=RestDamping()), dt=DT)
+    answer = control.step(np.zeros(4), 0.0)
+    assert answer.undamped is not None
+    rows = [block.rows for block in answer.problem.layout.blocks if block.name.startswith("rest of")]
+    np.testing.assert_array_equal(answer.problem.A[rows[0]][:, 2:], 0.0)
+    assert np.abs(answer.problem.A[rows[0]]).max() > 0.0
 
 
 @pytest.mark.slow
