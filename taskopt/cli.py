@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from taskopt import log_commands
 from taskopt.bench.commands import bench
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 
@@ -31,6 +32,8 @@ app = typer.Typer(
 )
 
 app.add_typer(bench, name="bench")
+app.command()(log_commands.show)
+app.command()(log_commands.replay)
 
 ScenarioFile = Annotated[
     str,

@@ -26,6 +26,7 @@ DECLARED_LAZY = (  # commands import what they need, so that --help is quick
     "taskopt/bench/commands.py",
     "taskopt/bench/comparison/commands.py",
     "taskopt/cli.py",
+    "taskopt/log_commands.py",
 )  # fmt: skip
 OLD_WORDS = (
     "twin", "leak", "chatter", "settle", "nudge", "pardon", "restated", "flatten", "unanswered", "swings",

@@ -28,7 +28,7 @@ def varied(
         UnknownName: There is no parameter of that address.
         InvalidValue: A text has another form, or a value is out of its range.
     """
-    settings = dict(scenario.settings) | dict(map(_setting, changes))
+    settings = dict(scenario.settings) | dict(map(setting, changes))
     return replace(
         scenario,
         settings=settings,
@@ -37,8 +37,18 @@ def varied(
     )
 
 
-def _setting(text: str) -> tuple[str, object]:
-    """Return the address and the value of a text such as "hand.weight=0.1"."""
+def setting(text: str) -> tuple[str, object]:
+    """Read an option that sets a parameter.
+
+    Args:
+        text: Text such as "hand.weight=0.1".
+
+    Returns:
+        Address and value.
+
+    Raises:
+        InvalidValue: The text has another form.
+    """
     address, equals, value = text.partition("=")
     if not equals or not value:
         raise InvalidValue(f"--set must have the form ADDRESS=VALUE, such as hand.weight=0.1, got '{text}'")

@@ -1,0 +1,104 @@
+"""The commands on logs, which combine the modules of `taskopt.log` and compute nothing themselves."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from taskopt.errors import InvalidValue
+
+LogFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="LOG", help="A log that ends in .arrow, or a folder, of which the newest is taken."
+    ),
+]
+At = Annotated[
+    float | None,
+    typer.Option("--at", metavar="SECONDS", help="Time in the log.", show_default=False),
+]
+
+
+def show(
+    log: LogFile,
+    joint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="When limits held this joint, and at which price.", show_default=False
+        ),
+    ] = None,
+    at: At = None,
+    why: Annotated[bool, typer.Option("--why", help="Why it ended, and conflicts before.")] = False,
+    resolver: Annotated[
+        str | None,
+        typer.Option(
+            "-r", "--resolver", metavar="NAME", help="The resolver that --at means.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Tell what a log says: a summary, one joint, one instant, or why it ended."""
+    from taskopt.log import open_log, story
+
+    opened = open_log(log)
+    if joint is not None:
+        typer.echo(story.of_joint(opened, joint))
+    elif at is not None:
+        typer.echo(story.of_tick(opened, opened.at(at, resolver)))
+    elif why:
+        typer.echo(story.why(opened))
+    else:
+        typer.echo(story.summary(opened))
+
+
+def replay(
+    log: LogFile,
+    at: At = None,
+    resolver: Annotated[
+        str | None,
+        typer.Option("-r", "--resolver", metavar="NAME", help="Another resolver.", show_default=False),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="ADDRESS=VALUE",
+            help="Another weight, such as hand.weight=0.1.",
+            show_default=False,
+        ),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option("--without", metavar="NAME", help="Leave out a task or a limit.", show_default=False),
+    ] = None,
+) -> None:
+    """Solve ticks of a log again from its data alone: one at --at, else all.
+
+    The exit code is 1 if an unchanged tick has another answer than the log.
+    """
+    from taskopt.log import open_log
+    from taskopt.log.again import solve_again
+    from taskopt.loop.variation import setting
+
+    opened, settings = open_log(log), dict(map(setting, changes or ()))
+    if at is None and (settings or without):
+        raise InvalidValue("--set and --without change one tick; add --at SECONDS")
+    rows = range(len(opened)) if at is None else [opened.at(at)]
+    distances = []
+    for row in rows:
+        again = solve_again(opened.tick(row), resolver, settings, without or ())
+        distances.append(again.distance)
+        if at is not None:
+            before, after = again.tick.x, again.resolution.x
+            for name, old, new in zip(opened.layout.unknowns, before, after, strict=True):
+                typer.echo(f"{name}: {old:.9g} → {new:.9g}")
+            typer.echo(again.resolution.explain())
+            for note in again.notes:
+                typer.echo(f"note: {note}")
+    largest = f"{max(distances, default=0.0):.3g}"
+    if resolver is not None or settings or without:
+        typer.echo(f"largest difference from what was sent: {largest}")
+        return
+    same = sum(distance == 0.0 for distance in distances)
+    ticks = f"{same} of {len(distances)} ticks have the same answer to the last bit"
+    typer.echo(f"{ticks}; largest difference {largest}")
+    raise typer.Exit(0 if same == len(distances) else 1)
