@@ -18,7 +18,7 @@ from typing import Any
 from taskopt.arrays import positive
 from taskopt.bench.comparison.catalogue import problem_set, set_names
 from taskopt.bench.comparison.plugin import load_plugin
-from taskopt.bench.comparison.problem_set import ProblemSet
+from taskopt.bench.comparison.problem_set import ProblemSequence, ProblemSet
 from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checked_setting
 from taskopt.bench.comparison.worker import Cell, Worker
 from taskopt.errors import InvalidValue
@@ -30,7 +30,7 @@ FILE = "rows.jsonl"
 _OUTPUT = "output.txt"
 PLAIN = ("active-set", "pinv", "dls", "transpose")
 FAMILIES = ("hqp", "wqp")
-_WITH_QPSOLVERS = ("hqp/", "wqp/")
+_OWN_TOLERANCES = ("hqp/",)  # one family is enough to see what a solver's own tolerances give
 _WITHOUT_MEMORY = ("hqp/", "wqp/", "cvxpy/")  # they state that they use no warm start
 _MUST_AGREE = ("versions", "machine", "repeats")
 
@@ -62,7 +62,8 @@ class Campaign:
         repeats: How often each problem is resolved and timed.
         deadline: Time for one answer [s].
         plugins: Python files that register solvers and resolvers; they are executed.
-        full: True for the sets and resolvers of the full report, where none are named.
+        full: True for the sets and resolvers of the full report, where none are named, and for all sequences.
+        sequences: Largest number of sequences of a set, evenly spread over it, unless `full`.
 
     Raises:
         InvalidValue: A number is not positive, or there is no setting of a name.
@@ -77,10 +78,12 @@ class Campaign:
     deadline: float = 10.0
     plugins: tuple[str, ...] = ()
     full: bool = False
+    sequences: int = 6
 
     def __post_init__(self) -> None:
         positive("repeats", self.repeats)
         positive("deadline", self.deadline)
+        positive("sequences", self.sequences)
         for name in self.settings:
             checked_setting(name)
         for plugin in self.plugins:
@@ -108,7 +111,7 @@ class Campaign:
             memory, defaults where it has no solver of qpsolvers.
         """
         for name, found in sets.items():
-            for sequence in found.sequences:
+            for sequence in found.sequences if self.full else spread(found.sequences, self.sequences):
                 for answer in self.resolver_names:
                     for setting in self.settings:
                         if self._differs(SETTINGS[setting], answer, len(sequence.problems)):
@@ -117,7 +120,7 @@ class Campaign:
     def _differs(self, setting: Setting, answer: str, length: int) -> bool:
         """Return False where a setting changes nothing for a resolver, which is asked cold then."""
         if setting.defaults:
-            return answer.startswith(_WITH_QPSOLVERS) and answer.partition("/")[2] in _qpsolvers_knows()
+            return answer.startswith(_OWN_TOLERANCES) and answer.partition("/")[2] in _qpsolvers_knows()
         return not setting.warm or not (length == 1 or answer.startswith(_WITHOUT_MEMORY))
 
 
@@ -125,6 +128,20 @@ class Campaign:
 def _qpsolvers_knows() -> frozenset[str]:
     """Return the names of the installed solvers that have default tolerances of their own."""
     return frozenset(row.name for row in solvers() if row.installed and row.function is None)
+
+
+def spread(sequences: Sequence[ProblemSequence], most: int) -> list[ProblemSequence]:
+    """Choose at most so many sequences, evenly spread.
+
+    Args:
+        sequences: All of them.
+        most: Number that is chosen.
+
+    Returns:
+        The chosen ones in order, the first one among them.
+    """
+    count = min(most, len(sequences))
+    return [sequences[k * len(sequences) // count] for k in range(count)]
 
 
 def conditions(campaign: Campaign, sets: dict[str, ProblemSet]) -> dict[str, Any]:

@@ -55,7 +55,12 @@ Plugins = Annotated[
 ]
 Repeats = Annotated[int, typer.Option(min=1, metavar="N", help="How often each problem is timed.")]
 Deadline = Annotated[float, typer.Option(metavar="SECONDS", help="Time for one answer.")]
-Full = Annotated[bool, typer.Option("--full", help="Add large sets and the CVXPY models.")]
+Full = Annotated[
+    bool, typer.Option("--full", help="Add large sets, all sequences, and the CVXPY models; takes hours.")
+]
+Sequences = Annotated[
+    int, typer.Option(min=1, metavar="N", help="Sequences of each set, evenly spread, unless --full.")
+]
 
 
 @comparison.command()
@@ -68,6 +73,7 @@ def run(
     repeats: Repeats = 3,
     deadline: Deadline = 10.0,
     full: Full = False,
+    sequences: Sequences = 6,
 ) -> None:
     """Compare resolvers and solvers on sets of problems.
 
@@ -89,6 +95,7 @@ def run(
         deadline,
         tuple(map(str, plugins or ())),
         full,
+        sequences,
     )
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

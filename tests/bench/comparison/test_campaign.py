@@ -2,19 +2,20 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from taskopt.bench.comparison import campaign
-from taskopt.bench.comparison.campaign import FILE, Campaign, carry_out, standard_resolvers
+from taskopt.bench.comparison.campaign import FILE, Campaign, carry_out, spread, standard_resolvers
 from taskopt.bench.comparison.results import read_results
 from taskopt.bench.comparison.trial import Row, without_answer
 from taskopt.bench.comparison.worker import Cell, Worker
 from taskopt.errors import InvalidValue, UnknownName
 
-PLAN = Campaign(("contradicting",), ("active-set", "hqp/daqp"), ("cold",), repeats=1)
+PLAN = Campaign(("contradicting",), ("active-set", "hqp/daqp"), ("cold",), repeats=1, sequences=8)
 BAD = """
 import os, sys, time
 import numpy as np
@@ -97,7 +98,7 @@ def test_rows_of_other_conditions_are_not_mixed(
 ) -> None:
     """Another version, another number of repeats or other problems end in one sentence."""
     finish(PLAN, tmp_path)
-    changed = Campaign(PLAN.sets, PLAN.resolvers, PLAN.settings, repeats=2)
+    changed = replace(PLAN, repeats=2)
     with pytest.raises(InvalidValue, match="repeats \\(1 → 2\\)"):
         finish(changed, tmp_path)
     monkeypatch.setattr(campaign, "versions", lambda: {"numpy": "0.1"})
@@ -122,6 +123,15 @@ def test_mistakes_are_named_before_anything_runs() -> None:
         Campaign(("tiny",)).problem_sets()
     with pytest.raises(InvalidValue, match="deadline"):
         Campaign(deadline=0.0)
+
+
+def test_sequences_are_spread_evenly_over_a_set() -> None:
+    """Three of seven are the first, the third and the fifth; there are never more than there are."""
+    found = Campaign(("small",)).problem_sets()["small"].sequences[:7]
+    assert spread(found, 3) == [found[0], found[2], found[4]]
+    assert spread(found, 20) == list(found)
+    plans = [Campaign(("small",), ("pinv",), ("cold",), full=full, sequences=2) for full in (False, True)]
+    assert [len([*plan.cells(plan.problem_sets())]) for plan in plans] == [2, 25]
 
 
 def test_settings_that_change_nothing_are_left_out() -> None:
