@@ -13,6 +13,7 @@ import typer
 
 from taskopt import log_commands
 from taskopt.bench.commands import bench
+from taskopt.bench.sweep.commands import sweeping
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ app = typer.Typer(
 app.add_typer(bench, name="bench")
 app.command()(log_commands.show)
 app.command()(log_commands.replay)
+app.add_typer(sweeping)
 
 ScenarioFile = Annotated[
     str,

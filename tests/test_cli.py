@@ -134,6 +134,7 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
         ["bench", "diff"],
         ["bench", "sets"],
         ["bench", "capture"],
+        ["sweep"],
     ],
 )
 def test_help_says_what_there_is(words: list[str], taskopt: Command) -> None:

@@ -25,6 +25,7 @@ PARAMETERS = 8  # of a function, self included
 DECLARED_LAZY = (  # commands import what they need, so that --help is quick
     "taskopt/bench/commands.py",
     "taskopt/bench/comparison/commands.py",
+    "taskopt/bench/sweep/commands.py",
     "taskopt/cli.py",
     "taskopt/log_commands.py",
 )  # fmt: skip

@@ -6,8 +6,6 @@ conditions: machine, versions, settings, sets with checksums, missing solvers. E
 kill leaves half-written is cut off at the next start, and its cell tried again.
 """
 
-import json
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -21,6 +19,7 @@ from taskopt.bench.comparison.plugin import load_plugin
 from taskopt.bench.comparison.problem_set import ProblemSequence, ProblemSet
 from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checked_setting
 from taskopt.bench.comparison.worker import Cell, Worker
+from taskopt.bench.rows_file import append, whole_entries
 from taskopt.errors import InvalidValue
 from taskopt.log.provenance import machine, versions
 from taskopt.resolver.registry import resolver, resolver_names
@@ -193,13 +192,13 @@ def carry_out(campaign: Campaign, folder: Path) -> Iterator[tuple[int, int, Cell
     kept = done_cells(file, here)
     cells = [(cell, length) for cell, length in campaign.cells(sets) if cell not in kept]
     total = len(cells) + len(kept)
-    _append(file, {"conditions": here})
+    append(file, {"conditions": here})
     worker = Worker(folder / _OUTPUT, campaign.deadline, campaign.repeats, campaign.plugins)
     try:
         for done, (cell, length) in enumerate(cells, len(kept)):
             yield done, total, cell
             rows = worker.ask(cell, length)
-            _append(file, {"cell": cell._asdict(), "rows": _columns(rows)})
+            append(file, {"cell": cell._asdict(), "rows": _columns(rows)})
     finally:
         worker.end()
     if cells:
@@ -219,15 +218,8 @@ def done_cells(file: Path, here: dict[str, Any]) -> set[Cell]:
     Raises:
         InvalidValue: The file is from other conditions or other problems.
     """
-    if not file.is_file():
-        return set()
-    text = file.read_bytes()
-    whole = text[: text.rfind(b"\n") + 1]
-    if len(whole) < len(text):
-        os.truncate(file, len(whole))
     done = set()
-    for line in whole.splitlines():
-        entry = json.loads(line)
+    for entry in whole_entries(file, repair=True):
         if "conditions" in entry:
             _refuse_others(file, entry["conditions"], here)
         else:
@@ -261,11 +253,3 @@ def _difference(then: Any, here: Any) -> str:
 def _columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
     """Return rows as columns."""
     return {name: [row[name] for row in rows] for name in BLANK}
-
-
-def _append(file: Path, entry: dict[str, Any]) -> None:
-    """Append a line, and see to it that it is on the disk."""
-    with file.open("a", encoding="utf-8") as lines:
-        lines.write(json.dumps(entry) + "\n")
-        lines.flush()
-        os.fsync(lines.fileno())

@@ -58,9 +58,6 @@ Deadline = Annotated[float, typer.Option(metavar="SECONDS", help="Time for one a
 Full = Annotated[
     bool, typer.Option("--full", help="Add large sets, all sequences, and the CVXPY models; takes hours.")
 ]
-Sequences = Annotated[
-    int, typer.Option(min=1, metavar="N", help="Sequences of each set, evenly spread, unless --full.")
-]
 
 
 @comparison.command()
@@ -73,7 +70,6 @@ def run(
     repeats: Repeats = 3,
     deadline: Deadline = 10.0,
     full: Full = False,
-    sequences: Sequences = 6,
 ) -> None:
     """Compare resolvers and solvers on sets of problems.
 
@@ -95,7 +91,6 @@ def run(
         deadline,
         tuple(map(str, plugins or ())),
         full,
-        sequences,
     )
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

@@ -1,6 +1,5 @@
 """The rows of a comparison as columns, and the figures that are computed from them."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from taskopt.arrays import Array, Mask
 from taskopt.bench.comparison.campaign import FILE
 from taskopt.bench.comparison.trial import BLANK, PROVEN, REFUTED, UNKNOWN
+from taskopt.bench.rows_file import whole_entries
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.hierarchy.tolerances import ACCURACY
 
@@ -99,10 +99,8 @@ def read_results(path: str | Path) -> Results:
         )
     conditions: dict[str, Any] = {}
     columns: dict[str, list[Any]] = {name: [] for name in (*PLACE, *BLANK)}
-    text = file.read_text(encoding="utf-8")
-    for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), 1):
-        try:
-            entry = json.loads(line)
+    try:
+        for entry in whole_entries(file):
             if "conditions" in entry:
                 sets = conditions.get("sets", {}) | entry["conditions"]["sets"]
                 conditions = entry["conditions"] | {"sets": sets}
@@ -112,8 +110,8 @@ def read_results(path: str | Path) -> Results:
                 columns[name] += entry["rows"][name]
             for name in PLACE:
                 columns[name] += [entry["cell"][name]] * count
-        except (KeyError, TypeError, ValueError) as error:
-            raise InvalidValue(f"{file}, line {number}: not a line of a comparison: {error!r}") from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidValue(f"{file} is not the file of a comparison: {error!r}") from error
     if not columns["index"]:
         raise InvalidValue(f"{file} has no rows yet; `taskopt bench run --out {file.parent}` goes on")
     made = {

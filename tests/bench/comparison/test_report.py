@@ -148,5 +148,5 @@ def test_files_that_are_no_comparison_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidValue, match="has no rows yet"):
         write(tmp_path, {})
     (tmp_path / FILE).write_text('{"a": 1}\n')
-    with pytest.raises(InvalidValue, match="line 1: not a line of a comparison"):
+    with pytest.raises(InvalidValue, match="not the file of a comparison: KeyError"):
         read_results(tmp_path)

@@ -1,0 +1,1 @@
+"""Sweeps of a scenario over parameters, starts and resolvers (`taskopt sweep`)."""
