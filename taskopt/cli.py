@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from taskopt import log_commands
 from taskopt.bench.commands import bench
 from taskopt.bench.sweep.commands import sweeping
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
+from taskopt.log_commands import logs_read
 
 if TYPE_CHECKING:
     from taskopt.loop.run import Step
@@ -33,8 +33,7 @@ app = typer.Typer(
 )
 
 app.add_typer(bench, name="bench")
-app.command()(log_commands.show)
-app.command()(log_commands.replay)
+app.add_typer(logs_read)
 app.add_typer(sweeping)
 
 ScenarioFile = Annotated[

@@ -1,11 +1,16 @@
 """The commands on logs, which combine the modules of `taskopt.log` and compute nothing themselves."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from taskopt.errors import InvalidValue
+
+if TYPE_CHECKING:
+    from taskopt.log.again import Again
+
+logs_read = typer.Typer()
 
 LogFile = Annotated[
     Path,
@@ -14,27 +19,43 @@ LogFile = Annotated[
     ),
 ]
 At = Annotated[
-    float | None,
-    typer.Option("--at", metavar="SECONDS", help="Time in the log.", show_default=False),
+    float | None, typer.Option("--at", metavar="SECONDS", help="Time in the log.", show_default=False)
+]
+Joint = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="When limits held this joint, and at which price.", show_default=False),
+]
+Which = Annotated[
+    str | None,
+    typer.Option("-r", "--resolver", metavar="NAME", help="Name of a resolver.", show_default=False),
+]
+Weights = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="ADDRESS=VALUE",
+        help="Another weight, such as hand.weight=0.1; once for each.",
+        show_default=False,
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--without",
+        metavar="NAME",
+        help="Leave out a task or a limit; once for each.",
+        show_default=False,
+    ),
 ]
 
 
+@logs_read.command()
 def show(
     log: LogFile,
-    joint: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="When limits held this joint, and at which price.", show_default=False
-        ),
-    ] = None,
+    joint: Joint = None,
     at: At = None,
     why: Annotated[bool, typer.Option("--why", help="Why it ended, and conflicts before.")] = False,
-    resolver: Annotated[
-        str | None,
-        typer.Option(
-            "-r", "--resolver", metavar="NAME", help="The resolver that --at means.", show_default=False
-        ),
-    ] = None,
+    resolver: Which = None,
 ) -> None:
     """Tell what a log says: a summary, one joint, one instant, or why it ended."""
     from taskopt.log import open_log, story
@@ -50,26 +71,9 @@ def show(
         typer.echo(story.summary(opened))
 
 
+@logs_read.command()
 def replay(
-    log: LogFile,
-    at: At = None,
-    resolver: Annotated[
-        str | None,
-        typer.Option("-r", "--resolver", metavar="NAME", help="Another resolver.", show_default=False),
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="ADDRESS=VALUE",
-            help="Another weight, such as hand.weight=0.1.",
-            show_default=False,
-        ),
-    ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option("--without", metavar="NAME", help="Leave out a task or a limit.", show_default=False),
-    ] = None,
+    log: LogFile, at: At = None, resolver: Which = None, changes: Weights = None, without: Without = None
 ) -> None:
     """Solve ticks of a log again from its data alone: one at --at, else all.
 
@@ -88,12 +92,7 @@ def replay(
         again = solve_again(opened.tick(row), resolver, settings, without or ())
         distances.append(again.distance)
         if at is not None:
-            before, after = again.tick.x, again.resolution.x
-            for name, old, new in zip(opened.layout.unknowns, before, after, strict=True):
-                typer.echo(f"{name}: {old:.9g} → {new:.9g}")
-            typer.echo(again.resolution.explain())
-            for note in again.notes:
-                typer.echo(f"note: {note}")
+            _print(again)
     largest = f"{max(distances, default=0.0):.3g}"
     if resolver is not None or settings or without:
         typer.echo(f"largest difference from what was sent: {largest}")
@@ -102,3 +101,13 @@ def replay(
     ticks = f"{same} of {len(distances)} ticks have the same answer to the last bit"
     typer.echo(f"{ticks}; largest difference {largest}")
     raise typer.Exit(0 if same == len(distances) else 1)
+
+
+def _print(again: "Again") -> None:
+    """Print an answer beside that of the log."""
+    tick, resolution = again.tick, again.resolution
+    for name, old, new in zip(tick.layout.unknowns, tick.x, resolution.x, strict=True):
+        typer.echo(f"{name}: {old:.9g} → {new:.9g}")
+    typer.echo(resolution.explain())
+    for note in again.notes:
+        typer.echo(f"note: {note}")

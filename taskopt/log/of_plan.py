@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.layout import Layout
 from taskopt.kinematics.plan import base_box
 from taskopt.kinematics.robot import Robot
@@ -12,7 +12,7 @@ from taskopt.kinematics.stack import Plan
 from taskopt.log.description import Description
 from taskopt.log.provenance import Json, plain
 from taskopt.log.raw import Tick
-from taskopt.resolver.base import Resolver
+from taskopt.resolver.base import Memory, Resolver
 
 _NO_POSE = np.full((4, 4), np.nan)
 
@@ -101,7 +101,9 @@ class PlanTicks:
         self._erring = [task for task in plan.tasks if task.name in description.errors]
         self._framed = [task for task in plan.tasks if task.name in description.poses]
 
-    def tick(self, index: int, t: float, q: Array, v_before: Array, memory: object) -> Tick:
+    def tick(
+        self, index: int, t: float, q: Array, v_before: Array, memory: Memory | StateArray | None
+    ) -> Tick:
         """Return the present tick.
 
         Args:
@@ -116,7 +118,7 @@ class PlanTicks:
         """
         plan, framed = self._plan, self._framed
         return Tick(
-            index, t, plan.dt, q, v_before, memory, self._base,  # type: ignore[arg-type]
+            index, t, plan.dt, q, v_before, memory, self._base,
             errors=[task.error for task in self._erring],
             desired=[_NO_POSE if task.desired is None else task.desired for task in framed],
             actual=[_NO_POSE if task.actual is None else task.actual for task in framed],

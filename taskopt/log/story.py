@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import IntArray
 from taskopt.errors import UnknownName
 from taskopt.log.reading import Log
 from taskopt.log.spans import Span, spans
@@ -136,7 +136,7 @@ def _total(own: list[Span]) -> str:
     return f"active {times}, {sum(span.duration for span in own):.4g} s in all"
 
 
-def _errors(log: Log, rows: Array) -> Iterator[str]:
+def _errors(log: Log, rows: IntArray) -> Iterator[str]:
     """Yield the largest error of each task over some rows."""
     for task in log.facts["tasks"]:
         column = f"error/{task}"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, StateArray
 from taskopt.errors import Infeasible, InvalidValue, LogFailed, NotSolved
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
@@ -13,6 +13,7 @@ from taskopt.log.of_plan import PlanTicks, description_of
 from taskopt.log.provenance import Json
 from taskopt.log.raw import RawLog
 from taskopt.loop.loop import Loop
+from taskopt.resolver.base import Memory
 
 
 def described(loop: Loop, **facts: Json) -> Description:
@@ -62,7 +63,7 @@ class LoggedLoop:
         loop = self._loop
         if not self._log.open:
             return loop.tick(q, t)
-        memory, before = loop.recall(), loop.plan.velocity
+        memory, before = loop.memory, loop.plan.velocity
         try:
             resolution = loop.tick(q, t)
         except (Infeasible, NotSolved, InvalidValue) as error:
@@ -76,7 +77,13 @@ class LoggedLoop:
         return resolution
 
     def _add(
-        self, q: Array, t: float, before: Array, memory: object, answer: Resolution, error: str = ""
+        self,
+        q: Array,
+        t: float,
+        before: Array,
+        memory: Memory | StateArray | None,
+        answer: Resolution,
+        error: str = "",
     ) -> None:
         """Copy a tick."""
         loop = self._loop
@@ -86,7 +93,9 @@ class LoggedLoop:
         self._index += 1
         self._log.add(tick, answer, loop.plan.hierarchy, error)
 
-    def _add_failed(self, q: Array, t: float, before: Array, memory: object, error: Exception) -> None:
+    def _add_failed(
+        self, q: Array, t: float, before: Array, memory: Memory | StateArray | None, error: Exception
+    ) -> None:
         """Copy a tick that raised an error; a log that fails now leaves that error in front."""
         hierarchy, robot = self._loop.plan.hierarchy, self._loop.plan.robot
         answer = error.resolution if isinstance(error, NotSolved) else None

@@ -132,8 +132,15 @@ class Loop:
 
     def recall(self) -> object:
         """Return a copy of the memory of the last tick, for `remember` of a copy of this loop."""
-        own = self._memory if self._one_call is None else self._one_call.history.copy()
-        return own, None if self.rest is None else self.rest.last
+        return self.memory, None if self.rest is None else self.rest.last
+
+    @property
+    def memory(self) -> Memory | StateArray | None:
+        """A copy of the memory that the resolver begins the next tick with, for logs.
+
+        It is the history (3, n + M) of the compiled entries if ticks are resolved in one call.
+        """
+        return self._memory if self._one_call is None else self._one_call.history.copy()
 
     def remember(self, memory: object) -> None:
         """Continue with the memory of another loop of the same stack and resolver.
