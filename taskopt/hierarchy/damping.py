@@ -1,8 +1,9 @@
 """Damping near singularities by policies that choose k² of (3.59) for every singular direction.
 
 A policy gets the right-hand side b of a level and the singular values σ of its rows. These rows are first
-projected into the null space of the levels before, multiplied by √w, and taken in the metric of the norm. The
-policy returns k², and the level is then solved with
+projected into the null space of the levels before, multiplied by √w, and taken in the metric of the norm.
+Rows that no unknown moves, such as the height of a planar arm's tip, are left out, since their σ = 0 says
+nothing about a singularity. The policy returns k², and the level is then solved with
 
     z = Σ_i σ_i / (σ_i² + k_i²) v_i u_iᵀ b,
 
@@ -84,6 +85,9 @@ class ConstantDamping:
 @dataclass(frozen=True)
 class NakamuraHanafusa:
     """Damping by manipulability, w = √det(J Jᵀ) (3.56): k² = k0² (1 − w/w0)² where w < w0, else 0.
+
+    w is the product of the singular values. A level with more rows than free directions has det(J Jᵀ) = 0 at
+    every posture; w is then √det(Jᵀ J), with J restricted to these directions.
 
     Attributes:
         k0: Damping factor at the singularity, in the unit of σ. Larger values give lower velocities there.

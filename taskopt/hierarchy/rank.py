@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, Mask
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.review import LevelAccount
-from taskopt.hierarchy.tolerances import LOST, REGAINED
+from taskopt.hierarchy.tolerances import LOST, REGAINED, ZERO_ROW
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,22 @@ class RankRule:
             return kept
         sure = int(np.count_nonzero(sigma > self.regained * scale))
         return min(max(before, sure), kept)
+
+    def moved(self, J: Array, scale: float) -> Mask:
+        """Find the rows that some unknown moves.
+
+        A row of zeros, such as the height of a planar arm's tip, has nothing to do with how near the others
+        are to a singularity. What is left out is far below the threshold of a lost direction, so that the
+        other rows have at least the rank of all.
+
+        Args:
+            J: Rows before projection, multiplied by √w, (m, n).
+            scale: Their size, see `row_scale`.
+
+        Returns:
+            True for each row that is not zero up to rounding, (m,).
+        """
+        return np.linalg.norm(J, axis=1) > ZERO_ROW * (self.lost / LOST) * scale
 
     def account(
         self, level: int, rows: int, free: int, sigma: Array, scale: float, before: Sequence[int]

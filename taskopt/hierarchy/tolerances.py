@@ -810,7 +810,8 @@ ZERO_ROW = 1e-12
 """Length of a row, and of its right-hand side, below which the row asks for nothing at any posture.
 
 Smaller: the third row of a planar arm's position, which is zero up to rounding, sends every tick through the
-full search for directions to damp. Larger: a row that a posture makes small is left out of the test.
+full search for directions to damp, and policies of damping take it for a singularity. Larger: a row that a
+posture makes small is left out of both.
 """
 
 PLANTED_MULTIPLIER = 5e-9

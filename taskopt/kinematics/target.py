@@ -100,6 +100,12 @@ TIMING: dict[str, Callable[[float], tuple[float, float]]] = {
 """Timing laws by name: functions of u = t/duration in [0, 1] that return s in [0, 1] and ds/du."""
 
 
+def _check_timing(timing: str) -> None:
+    """Raise `UnknownName` if there is no timing law of a name."""
+    if not isinstance(timing, str) or timing not in TIMING:
+        raise UnknownName("timing law", timing, TIMING)
+
+
 @dataclass(frozen=True, eq=False)
 class Line:
     """A straight motion from the value x_0 at the start of the run: x_d = x_0 ⊕ s(t/duration) Δ.
@@ -129,8 +135,7 @@ class Line:
         if (self.to is None) == (self.by is None):
             given = "neither" if self.to is None else "both"
             raise InvalidValue(f"a line needs either `to` or `by`, got {given}")
-        if not isinstance(self.timing, str) or self.timing not in TIMING:
-            raise UnknownName("timing law", self.timing, TIMING)
+        _check_timing(self.timing)
 
     def start(self, space: Space, start: Array, t: float) -> Course:
         """Begin the course at the time t [s], see `Target.start`.
@@ -159,19 +164,24 @@ class Line:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Circle:
-    """A circle through the start p_0 of the run: p_d = p_0 + r [(1 − cos ωt) toward + sin ωt along].
+    """A circle through the start p_0 of the run: p_d = p_0 + r [(1 − cos φ) toward + sin φ along].
 
-    The orientation stays that of the start.
+    The angle is φ = 2π t/period. With a timing law s it is φ = 2π · turns · s(t/(turns · period)), so that a
+    robot at rest can follow from the first tick and to the last one. The orientation stays that of the start.
 
     Attributes:
         radius: Radius r [m].
-        period: Time of one turn, 2π/ω [s].
+        period: Time of one turn [s], the mean of all turns.
         toward: Direction from the start to the centre, (3,) in the world; its length does not matter.
         along: Direction in which the circle begins, (3,) in the world, at right angles to `toward`.
         turns: Number of turns after which the target stands still; None means that it never stops.
+        timing: The law s: "linear" (speed jumps at both ends), or one of the others of `Line`, which need a
+            number of turns.
 
     Raises:
-        InvalidValue: A number is not positive, or the directions are not at right angles.
+        InvalidValue: A number is not positive, the directions are not at right angles, or a timing law other
+            than "linear" has no number of turns.
+        UnknownName: There is no timing law of that name.
     """
 
     radius: float
@@ -179,12 +189,16 @@ class Circle:
     toward: ArrayLike = (0.0, 0.0, 1.0)
     along: ArrayLike = (0.0, 1.0, 0.0)
     turns: float | None = None
+    timing: str = "linear"
 
     def __post_init__(self) -> None:
         positive("radius", self.radius)
         positive("period", self.period)
         if self.turns is not None:
             positive("turns", self.turns)
+        _check_timing(self.timing)
+        if self.timing != "linear" and self.turns is None:
+            raise InvalidValue(f"a circle with the timing law '{self.timing}' needs a number of `turns`")
         toward, along = unit("toward", self.toward), unit("along", self.along)
         if abs(toward @ along) > RIGHT_ANGLE:
             raise InvalidValue(
@@ -200,13 +214,18 @@ class Circle:
         if not isinstance(space, PoseSpace):
             raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
         toward, along = unit("toward", self.toward).tolist(), unit("along", self.along).tolist()
-        (x, y, z), r, omega = start[:3, 3].tolist(), float(self.radius), 2.0 * math.pi / self.period
+        (x, y, z), r, mean = start[:3, 3].tolist(), float(self.radius), 2.0 * math.pi / self.period
         begin, pose = t, start.copy()
         end = math.inf if self.turns is None else self.turns * self.period
+        law = None if self.timing == "linear" else TIMING[self.timing]
 
         def course(t: float, value: Array, rate: Array) -> bool:
             moving = 0.0 <= t - begin <= end - AT_THE_END
-            phase = omega * min(max(t - begin, 0.0), end)
+            passed, omega = min(max(t - begin, 0.0), end), mean
+            if law is not None:
+                s, speed = law(passed / end)
+                passed, omega = s * end, mean * speed
+            phase = mean * passed
             a, b = r * (1.0 - math.cos(phase)), r * math.sin(phase)
             value[...] = pose
             value[0, 3] = x + a * toward[0] + b * along[0]

@@ -7,7 +7,8 @@ import numpy as np
 
 from taskopt.arrays import Array, Mask
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit import BoundLimit, JointPositionLimit
+from taskopt.kinematics.limit import BoundLimit, JointAccelerationLimit, JointPositionLimit
+from taskopt.kinematics.limit.acceleration import BoundJointAcceleration
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 
@@ -34,6 +35,9 @@ class LimitGauge:
         for bound in self.info.plan.limits:
             if isinstance(bound, BoundLimit) and bound.constant:
                 bound.narrow(configuration, bounds, 1)
+            elif isinstance(bound, BoundJointAcceleration):  # it also holds the speed, which never changes
+                np.maximum(bounds[0], -bound.fastest, out=bounds[0])
+                np.minimum(bounds[1], bound.fastest, out=bounds[1])
         return bounds[:2]
 
     @cached_property
@@ -50,8 +54,9 @@ class LimitGauge:
 
     @cached_property
     def keeps_positions(self) -> bool:
-        """True if the stack declares position limits."""
-        return any(isinstance(limit, JointPositionLimit) for limit in self.info.scenario.stack.limits)
+        """True if the stack declares limits that hold the positions."""
+        holding = JointPositionLimit | JointAccelerationLimit
+        return any(isinstance(limit, holding) for limit in self.info.scenario.stack.limits)
 
     def position_share(self, q: Array) -> Array:
         """Scale positions to their ranges: (2 q − lower − upper)/(upper − lower).

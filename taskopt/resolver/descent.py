@@ -56,7 +56,7 @@ def descend(
     Source:
         Siciliano and Slotine (1991), ICAR; two levels are (3.54).
     """
-    scaling = scaling_of(W)
+    scaling, inverse = scaling_of(W), inverse_root(W)
     n = len(W)
     z, basis, free = np.zeros(n), np.eye(n), n
     accounts = []
@@ -67,7 +67,9 @@ def descend(
         rows = np.ascontiguousarray(A), np.ascontiguousarray(b), np.ascontiguousarray(weight)
         U, sigma, Vt, v, missing, scale = level_svd(*rows, scaling, z, basis, free)
         account = rule.account(k, len(b), free, sigma, scale, previous_ranks)
-        squared = np.ascontiguousarray(damping(sigma, v)[: account.rank], dtype=np.float64)
+        moved = rule.moved(np.sqrt(weight)[:, None] * A @ inverse, scale)
+        factors = damping(sigma[: np.count_nonzero(moved)], v[moved])
+        squared = np.ascontiguousarray(factors[: account.rank], dtype=np.float64)
         free = advance(U, sigma, Vt, missing, squared, z, basis, free)
         accounts.append(account._replace(damping=float(squared.max(initial=0.0))))
     return TaskPriority(unscaled(z, scaling), tuple(accounts))

@@ -24,6 +24,7 @@ MOVING = {
     "line to a position": Line(to=[0.1, 0.2, 0.3], duration=2.0),
     "line to a rotation": Line(to=GOAL[:3, :3], duration=2.0, timing="quintic"),
     "circle": Circle(radius=0.2, period=1.7, toward=(1, 0, 1), along=(0, -2, 0)),
+    **{f"circle, {law}": Circle(radius=0.2, period=1.3, turns=1.5, timing=law) for law in TIMING},
     "function": tumbling(START, 3),
     "function, rate from differences": Function(tumbling(START, 3).value),
     "position, rate from differences": Function(lambda t: [np.sin(t), np.cos(2 * t), t**3]),
@@ -113,6 +114,31 @@ def test_the_circle_of_the_chapter_is_one_line():
     value, rate = sample(course, 4000 * 1e-3)
     np.testing.assert_allclose(value, start, atol=1e-15)
     np.testing.assert_array_equal(rate, 0.0)
+
+
+@pytest.mark.parametrize("timing", [law for law in TIMING if law != "linear"])
+def test_a_circle_with_a_timing_law_goes_from_rest_to_rest(timing):
+    """It is the circle of constant speed at s(u) of its duration, and its rate vanishes at both ends."""
+    even = Circle(radius=0.2, period=1.3, turns=1.5).start(POSES, START, 0.0)
+    timed = Circle(radius=0.2, period=1.3, turns=1.5, timing=timing).start(POSES, START, 0.0)
+    end = 1.5 * 1.3
+    for u in (0.1, 0.4, 0.5, 0.8):
+        expected = sample(even, TIMING[timing](u)[0] * end)[0]
+        np.testing.assert_allclose(sample(timed, u * end)[0], expected, atol=1e-14)
+    for t in (0.0, end - 1e-8):
+        assert np.abs(sample(timed, t)[1]).max() < 1e-7
+        assert np.abs(sample(even, t)[1]).max() > 0.5
+    value, rate = sample(timed, end)
+    np.testing.assert_allclose(value, sample(even, end)[0], atol=1e-14)
+    np.testing.assert_array_equal(rate, 0.0)
+
+
+def test_a_circle_without_an_end_has_no_timing_law():
+    """Nothing says when it would come to rest; a law of an unknown name is refused, too."""
+    with pytest.raises(InvalidValue, match="timing law 'cubic' needs a number of `turns`"):
+        Circle(radius=0.1, period=1.0, timing="cubic")
+    with pytest.raises(UnknownName, match="timing law"):
+        Circle(radius=0.1, period=1.0, turns=1, timing="cubik")
 
 
 def test_a_function_that_holds_has_no_feedforward_from_that_sample_on():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from taskopt.kinematics.limit import JointVelocityLimit
+from taskopt.kinematics.limit import JointAccelerationLimit, JointVelocityLimit
 from taskopt.kinematics.stack import Stack
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -20,6 +20,19 @@ def test_the_limits_in_force_are_those_of_the_stack(info):
     tighter = replace(info.scenario, stack=Stack(stack.levels, both))
     box = LimitGauge(RunInfo(tighter, info.resolvers)).velocity_box
     np.testing.assert_array_equal(box[1], [0.9, 0.5, 0.9])
+
+
+def test_a_limit_on_accelerations_holds_positions_and_velocities_too(info, steps):
+    """Where it stands alone, what leaves the range or is too fast is measured, too."""
+    stack = Stack(info.scenario.stack.levels, [JointAccelerationLimit(5.0, velocity=0.9)])
+    gauge = LimitGauge(RunInfo(replace(info.scenario, stack=stack), info.resolvers))
+    np.testing.assert_array_equal(gauge.velocity_box, [[-0.9] * 3, [0.9] * 3])
+    assert gauge.keeps_positions
+    fast = replace(steps["pinv"][0], v=np.array([1.0, -0.3, 0.9]))
+    assert gauge.velocity_violation(Batch((fast,)))[0] == pytest.approx(0.1)
+    both = Stack(stack.levels, [*stack.limits, JointVelocityLimit(velocity={"joint2": 0.5})])
+    tighter = LimitGauge(RunInfo(replace(info.scenario, stack=both), info.resolvers))
+    np.testing.assert_array_equal(tighter.velocity_box[1], [0.9, 0.5, 0.9])
 
 
 def test_no_velocity_limit_is_no_plot_and_no_violation(info, steps):

@@ -18,6 +18,7 @@ from taskopt.hierarchy.damping import (
     Sugihara,
 )
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.rank import RankRule
 from taskopt.resolver.closed_form import damped_inverse, pseudo_inverse
 from taskopt.resolver.closed_form_resolvers import DampedLeastSquares
 from taskopt.resolver.hqp import HierarchicalQP
@@ -92,6 +93,38 @@ def test_damping_sets_in_without_a_jump_and_bounds_the_velocity(policy: Damping)
             return np.full_like(sigma, 0.01 if sigma.min() < 0.05 else 0.0)
 
     assert largest_step(Switched(), 801) > 0.9 * largest_step(Switched(), 401)
+
+
+@pytest.mark.parametrize("policy", POLICIES, ids=name)
+@pytest.mark.parametrize("rounding", [0.0, 1e-17])
+def test_a_row_that_nothing_moves_is_no_singularity(policy: Damping, rounding: float) -> None:
+    """Beside a row of zeros, whatever it asks for, the others have the damping that they have alone."""
+    rng = np.random.default_rng(8)
+    J, v = jacobian(8, smallest=0.02), rng.normal(size=6)
+    alone = DampedLeastSquares(policy)(Hierarchy([Level(J, v)]))[0]
+    beside = Level(np.vstack([rounding * rng.normal(size=(1, 7)), J]), np.r_[3.0, v])
+    both = DampedLeastSquares(policy)(Hierarchy([beside]))[0]
+    np.testing.assert_allclose(both.x, alone.x, rtol=1e-10, atol=1e-13)
+    assert alone.review is not None
+    assert both.review is not None
+    assert alone.review.levels[1].damping > 0.0
+    assert both.review.levels[1].damping == pytest.approx(alone.review.levels[1].damping, rel=1e-10)
+
+
+def test_a_finer_rule_keeps_shorter_rows() -> None:
+    """Rows that a rule of one's own counts are damped, too, however short they are."""
+    J = np.diag([1.0, 1e-13])
+    resolver = DampedLeastSquares(Chiaverini(), rule=RankRule(1e-15, 1e-14))
+    assert np.abs(resolver(Hierarchy([Level(J, [1.0, 1.0])]))[0].x).max() < 1.0
+    assert DampedLeastSquares(Chiaverini())(Hierarchy([Level(J, [1.0, 1.0])]))[0].x[0] == 1.0
+
+
+def test_a_product_over_fewer_directions_than_rows_is_that_of_the_directions() -> None:
+    """Three rows in two unknowns: w = √det(Jᵀ J), by hand for columns at right angles."""
+    J = np.array([[0.3, 0.0], [0.0, 0.4], [0.4, 0.0]])  # singular values 0.5 and 0.4
+    answer = DampedLeastSquares(NakamuraHanafusa(k0=0.1, w0=0.4))(Hierarchy([Level(J, np.ones(3))]))[0]
+    assert answer.review is not None
+    assert answer.review.levels[1].damping == pytest.approx(0.01 * (1.0 - 0.2 / 0.4) ** 2)
 
 
 def test_filtering_leaves_the_other_directions_exact() -> None:

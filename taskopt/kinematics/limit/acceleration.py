@@ -150,6 +150,11 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
         """Write the limits for the kernel."""
         self._joints[:, 1], self._joints[:, 2] = self._acceleration * self.memory[0], self._velocity
 
+    @property
+    def fastest(self) -> Array:
+        """v_max of each velocity, (nv,) [rad/s, m/s]."""
+        return self._velocity
+
     def moved(self, v: Array) -> None:
         """Remember the velocity that the robot has until the next tick; see `RateLimit.moved`."""
         self._joints[:, 0] = v

@@ -636,17 +636,16 @@ class Robot:
             The configuration (nq,) after the step.
 
         Raises:
-            InvalidValue: q or v has the wrong size.
+            InvalidValue: q or v has the wrong size, or something is no number, or too large for a float.
 
         Source:
             (3.48).
         """
         try:
             return pin.integrate(self.model, q, v * dt)
-        except ValueError as error:  # of Pinocchio; a check before each step would cost as much as the step
-            got = f"{'×'.join(map(str, np.shape(q)))} and {'×'.join(map(str, np.shape(v)))}"
-            needs = f"q of shape {self.nq} and v of shape {self.nv}, got {got}"
-            raise InvalidValue(f"a step of {self.name} needs {needs}") from error
+        except (ValueError, TypeError, OverflowError):  # a check before each step would cost as much
+            q, v = finite(f"q of {self.name}", q, (self.nq,)), finite(f"v of {self.name}", v, (self.nv,))
+            return pin.integrate(self.model, q, v * float(finite("dt of a step", dt, ())))
 
     def difference(self, q0: Array, q1: Array) -> Array:
         """Compute the velocity that leads from q0 to q1 in unit time: q0 ⊕ difference(q0, q1) = q1.

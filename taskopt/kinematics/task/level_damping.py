@@ -124,8 +124,10 @@ class BoundLevelDamping(BoundTask):
         root = np.sqrt(weight)
         J = root[:, None] * A @ inverse
         _, sigma, Vt = np.linalg.svd(J @ Z, full_matrices=False)
-        self._rank = r = RULE.rank(sigma, row_scale(J, root), self._rank)
-        k = np.sqrt(self._damping(sigma, root * b)[:r])
+        scale = row_scale(J, root)
+        moved = RULE.moved(J, scale)
+        self._rank = r = RULE.rank(sigma, scale, self._rank)
+        k = np.sqrt(self._damping(sigma[: np.count_nonzero(moved)], (root * b)[moved])[:r])
         hierarchy.A[own][:r] = k[:, None] * (Vt[:r] @ Z.T @ root_of(hierarchy.norm))
         hierarchy.lower[own] = hierarchy.upper[own] = 0.0
 

@@ -111,13 +111,36 @@ def test_a_bad_q_is_refused_by_name(name, spoil, said):
 
 @pytest.mark.parametrize(("missing_q", "missing_v"), [(1, 0), (0, 1)])
 def test_a_step_of_the_wrong_size_is_refused(missing_q, missing_v):
-    """With both sizes that the robot has, in place of a page of C++."""
+    """With the size that the robot has, in place of a page of C++."""
     of = Robot.load("panda")
     q, v = of.posture("default")[missing_q:], np.zeros(of.nv)[missing_v:]
-    with pytest.raises(
-        InvalidValue, match=f"q of shape 9 and v of shape 9, got {9 - missing_q} and {9 - missing_v}"
-    ):
+    with pytest.raises(InvalidValue, match=f"{'q' if missing_q else 'v'} of panda must have shape 9, got 8"):
         of.integrate(q, v, 0.1)
+
+
+HUGE = 10**400  # an integer that no float can hold
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        (lambda of: of.integrate(np.zeros(2), np.zeros(2), HUGE), "dt of a step must be numbers below 1.8"),
+        (lambda of: of.integrate(np.zeros(2), np.array([HUGE, 0]), 0.1), "v of planar2 must be numbers"),
+        (lambda of: of.integrate([0, HUGE], [0, 0], 0.1), "q of planar2 must be numbers below"),
+        (lambda of: of.integrate(np.zeros(2), None, 0.1), "v of planar2 must be numbers, got None"),
+        (lambda of: of.integrate(np.zeros(2), np.zeros(2), "x"), "dt of a step must be numbers, got 'x'"),
+    ],
+)
+def test_what_no_float_can_hold_is_refused_by_name(step, said):
+    """Python's integers have no largest one; neither an OverflowError nor a page of C++ comes out."""
+    with pytest.raises(InvalidValue, match=said):
+        step(Robot.load("planar2"))
+
+
+def test_lists_are_numbers_too():
+    """A list that Python would repeat instead of multiply gives the step of the same array."""
+    of = Robot.load("planar2")
+    np.testing.assert_array_equal(of.integrate([0.1, 0.2], [1, 2], 2), [2.1, 4.2])
 
 
 @pytest.mark.parametrize("name", ["", 3])

@@ -67,6 +67,25 @@ def test_the_stack_is_the_closed_form_for_every_policy(policy: Damping, make: ob
         np.testing.assert_allclose(PseudoInverse()(told)[0].x, exact, atol=1e-9 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: policy.name)
+def test_the_height_of_a_planar_arm_is_no_singularity(policy: Damping) -> None:
+    """The position in x, y, z is damped as that in x and y.
+
+    Else Chiaverini's policy would damp a planar arm everywhere, since the third row is zero.
+    """
+    for bend, tilt in ((1.0, 0.0), (1.0, 0.7), (1e-2, 0.7)):
+        at = Configuration(planar_arm([0.5, 0.4, 0.3]), [tilt, bend, bend])
+        target = at.pose("tip")[:3, 3] + [0.01, -0.02, 0.05]
+        answers = []
+        for axes in ("xyz", "xy"):
+            task = PositionTask("tip", target=target, axes=axes, gain=3.0)
+            told = Stack([[task, LevelDamping(policy)]]).at(at, DT)
+            answers.append(resolver("active-set")(told)[0].x)
+            formula = DampedLeastSquares(policy)(Stack([[task]]).at(at, DT))[0].x
+            np.testing.assert_allclose(answers[-1], formula, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(answers[0], answers[1], rtol=1e-9, atol=1e-12)
+
+
 def test_what_the_level_leaves_free_stays_free() -> None:
     """Damping never enters the projector: another posture below moves the elbow, and not the hand."""
     at = panda(1e-3)
