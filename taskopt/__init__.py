@@ -8,7 +8,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from taskopt.synonyms import is_module, modules_that_define, near_names
+from taskopt.synonyms import is_module, way_out
 
 if TYPE_CHECKING:
     from taskopt.arrays import Array as Array
@@ -88,6 +88,8 @@ if TYPE_CHECKING:
     from taskopt.kinematics.limit import RowLimit as RowLimit
     from taskopt.kinematics.limit import SelfCollisionLimit as SelfCollisionLimit
     from taskopt.kinematics.limit import SupportPolygonLimit as SupportPolygonLimit
+    from taskopt.kinematics.lockstep.frames import frame_jacobians as frame_jacobians
+    from taskopt.kinematics.lockstep.frames import frame_poses as frame_poses
     from taskopt.kinematics.objective import ForceRatio as ForceRatio
     from taskopt.kinematics.objective import JointRange as JointRange
     from taskopt.kinematics.objective import Manipulability as Manipulability
@@ -161,6 +163,8 @@ if TYPE_CHECKING:
     from taskopt.log.reading import LogEnd as LogEnd
     from taskopt.log.reading import open_log as open_log
     from taskopt.log.ticks import LoggedTick as LoggedTick
+    from taskopt.loop.batch.controller import BatchController as BatchController
+    from taskopt.loop.batch.step import BatchStep as BatchStep
     from taskopt.loop.controller import Controller as Controller
     from taskopt.loop.pose.solution import GoalError as GoalError
     from taskopt.loop.pose.solution import PoseSolution as PoseSolution
@@ -234,6 +238,7 @@ _NAMES = {  # module: the names that live there
         "JointPositionLimit JointVelocityLimit Limit ObstacleLimit RateLimit RowLimit SelfCollisionLimit "
         "SupportPolygonLimit"
     ),
+    "taskopt.kinematics.lockstep.frames": "frame_jacobians frame_poses",
     "taskopt.kinematics.objective": (
         "ForceRatio JointRange Manipulability Objective ObstacleDistance SelfDistance UserFunction "
         "VelocityRatio"
@@ -257,6 +262,8 @@ _NAMES = {  # module: the names that live there
     "taskopt.log.again": "Again solve_again",
     "taskopt.log.reading": "Log LogEnd open_log",
     "taskopt.log.ticks": "LoggedTick",
+    "taskopt.loop.batch.controller": "BatchController",
+    "taskopt.loop.batch.step": "BatchStep",
     "taskopt.loop.controller": "Controller",
     "taskopt.loop.pose.solution": "GoalError PoseSolution Verdict",
     "taskopt.loop.pose.solver": "PoseSolver solve_pose",
@@ -293,7 +300,7 @@ def _imported(name: str) -> object:
         raise AttributeError(f"module 'taskopt' has no attribute '{name}'")
     if name not in _HOME:
         refuse = ImportError if _is_import_statement() and not is_module(name) else AttributeError
-        raise refuse(f"taskopt has no name '{name}'; {_way_out(name)}")
+        raise refuse(f"taskopt has no name '{name}'; {way_out(name, __all__)}")
     try:
         module = import_module(_HOME[name])
     except AttributeError as error:  # an AttributeError raised here would read as "there is no such name"
@@ -309,19 +316,6 @@ if not TYPE_CHECKING:  # checkers know the names from the imports above, and ref
 def __dir__() -> list[str]:
     """Return the public names in alphabetical order."""
     return sorted(__all__)
-
-
-def _way_out(name: str) -> str:
-    """Return advice for an unknown name: a similar name, or the module that defines it."""
-    if is_module(name):
-        return f"it is a module: import taskopt.{name}"
-    near = [other for other in __all__ if len(name) > 3 and name.lower() in other.lower()]
-    near = near or near_names(name, __all__, 0.7)
-    if near:
-        return f"did you mean {' or '.join(near[:3])}?"
-    if modules := modules_that_define(name):
-        return f"it lives in {' and '.join(modules)}"
-    return "dir(taskopt) lists the names that there are"
 
 
 def _is_import_statement() -> bool:

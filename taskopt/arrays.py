@@ -19,6 +19,7 @@ BoolArray = TypeAliasType("BoolArray", npt.NDArray[np.bool_])
 StateArray = TypeAliasType("StateArray", npt.NDArray[np.int8])  # −1 lower, 0 inactive, +1 upper
 AnyArray = TypeAliasType("AnyArray", npt.NDArray[Any])  # numbers, texts or objects
 Mask = TypeAliasType("Mask", npt.NDArray[np.bool_])
+ObjectArray = TypeAliasType("ObjectArray", npt.NDArray[np.object_])
 ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)  # lists, tuples, numbers, arrays
 
 

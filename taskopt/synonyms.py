@@ -5,7 +5,7 @@ Similar letters find a slip of the keyboard. They do not find `JointTask` for "n
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -31,6 +31,7 @@ SYNONYMS: tuple[tuple[str, str], ...] = (  # what is said, and the names here; t
     ("weighted, qp, weighted qp, soft priorities", "WeightedQP wqp/proxqp"),
     ("hierarchical, hierarchical qp, lexicographic, strict priorities", "HierarchicalQP hqp/daqp active-set"),
     ("sot, stack of tasks, task stack, problem", "Stack Hierarchy"),
+    ("batch, batched, vectorised, vectorized, parallel, many robots, vmap, gpu", "BatchController"),
     ("point at, camera, visual servoing, gaze", "LookAtTask GazeTask"),
     ("relative, bimanual, dual arm", "RelativeFrameTask"),
     ("weld, connect, equality constraint, closed chain, loop closure", "LoopTask JointCouplingTask"),
@@ -118,6 +119,27 @@ def _holds(words: str, phrase: str) -> bool:
 def _words(name: str) -> str:
     """Return the words of a name in lower case, separated by spaces."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|[^A-Za-z0-9]+", " ", name).lower().strip()
+
+
+def way_out(name: str, known: Sequence[str]) -> str:
+    """Advise on a name that the package does not have: a similar name, or the module that defines it.
+
+    Args:
+        name: The name.
+        known: The names that there are.
+
+    Returns:
+        The advice, without a full stop.
+    """
+    if is_module(name):
+        return f"it is a module: import taskopt.{name}"
+    near = [other for other in known if len(name) > 3 and name.lower() in other.lower()]
+    near = near or near_names(name, known, 0.7)
+    if near:
+        return f"did you mean {' or '.join(near[:3])}?"
+    if modules := modules_that_define(name):
+        return f"it lives in {' and '.join(modules)}"
+    return "dir(taskopt) lists the names that there are"
 
 
 def modules_that_define(name: str) -> list[str]:

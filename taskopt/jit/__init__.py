@@ -3,6 +3,7 @@
     @kernel        merged into every kernel that calls it; for short functions
     @kernel_apart  compiled once and called by name; for long functions
     @kernel_exact  as `kernel`, with every operation as written; for error-free arithmetic
+    @kernel_unlocked  as `kernel_apart`, without Python's lock; for work that threads share
 
 A kernel is compiled at its first call, or loaded if any process of the user has compiled the same content
 before (`store`). Its stamp is a digest of everything that can change the machine code: its own code, the
@@ -120,6 +121,20 @@ def kernel_exact(function: F) -> F:
     return _compiled(function, apart=False, fast=False)
 
 
+def kernel_unlocked(function: F) -> F:
+    """Compile a function that releases Python's global lock while it runs, so that threads run it at once.
+
+    No thread may write what another one reads meanwhile.
+
+    Args:
+        function: A function that Numba can compile.
+
+    Returns:
+        The kernel, called as the function is; the function itself where compilation is disabled.
+    """
+    return _compiled(function, apart=True, unlocked=True)
+
+
 def nanoseconds_preparing() -> int:
     """Return how long this process has been compiling kernels, or loading compiled ones.
 
@@ -131,11 +146,13 @@ def nanoseconds_preparing() -> int:
     return _preparing.nanoseconds
 
 
-def _compiled(function: F, *, apart: bool, fast: bool = True) -> F:
+def _compiled(function: F, *, apart: bool, fast: bool = True, unlocked: bool = False) -> F:
     """Return the kernel of a function, or the function itself where compilation is disabled."""
     if not COMPILED:
         return function
-    return cast("F", Kernel(function, apart=apart, fast=fast))
+    made = Kernel(function, apart=apart, fast=fast)
+    made.targetoptions["nogil"] = unlocked
+    return cast("F", made)
 
 
 class _Compiler(Compiler):
@@ -198,7 +215,8 @@ class Kernel(CPUDispatcher):
         parts = sorted(
             f"{reached.apart} {reached.fast} {reached.content.text}" for reached in self._reachable()
         )
-        own = f"{self.targetoptions['forceinline']} {self.fast} {self.python}"
+        unlocked = self.targetoptions.get("nogil", False)
+        own = f"{self.targetoptions['forceinline']} {self.fast} {self.python} {unlocked}"
         text = "\n".join([_environment(), own, self.content.text, *parts])
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 

@@ -364,6 +364,11 @@ class Latest:
         rate = None if velocity is None else _numbers("velocity", velocity)
         self._now = (_numbers("value", value), rate)
 
+    @property
+    def now(self) -> tuple[Array | None, Array | None]:
+        """Value and velocity that were set last, in a new tuple for each `set`; (None, None) before it."""
+        return self._now
+
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (it has no time)
         """Begin the course at the time t [s], see `Target.start`."""
         seen: tuple[Array | None, Array | None] | None = None

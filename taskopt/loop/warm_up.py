@@ -43,6 +43,7 @@ from taskopt.kinematics.task import (
     RelativeFrameTask,
     Task,
 )
+from taskopt.loop.batch.controller import BatchController
 from taskopt.loop.controller import Controller
 from taskopt.loop.pose.solver import PoseSolver
 from taskopt.resolver.active_set.resolver import ActiveSet
@@ -72,6 +73,10 @@ def warm_up() -> None:
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
+    batch = BatchController(_bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]]))
+    batch.start(_START[None])
+    batch.set({"tip position.target": np.eye(4)[None]})
+    batch.step(_START[None])
     pose = np.eye(4)
     for of_rotation in (log3, jlog3):
         of_rotation(pose[:3, :3].copy())

@@ -21,6 +21,7 @@ ALLOWED = {
     "figures/singularities.py": "a joint that is nearly fixed, for a slice through a workspace",
     "kinematics/collision/always_near.py": "the radius of a ball that stands for a point",
     "kinematics/geometry/coal.py": "a thickness",
+    "kinematics/lockstep/functions.py": "coefficients of polynomials, and the digits of π/2",
     "kinematics/objective/function.py": "the step of a difference",
     "kinematics/target.py": "the step of a difference",
     "loop/loop.py": "nanoseconds in seconds",

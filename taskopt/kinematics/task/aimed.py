@@ -16,10 +16,14 @@ class AimedTask(BoundTask):
     """A task with a target x_d(t).
 
     Attributes:
+        target: The declared target.
+        space: Space of its values.
         goal: The desired value of the last tick, a pose (4, 4) or a posture (nq,). Derived classes assign it;
             where it is a view into the memory, they assign it again in `use`.
     """
 
+    target: Target
+    space: Space
     goal: Array
     _course: Course
     _redirected: bool | None = None  # since the start: True by a target that moves, False by a value
@@ -31,7 +35,7 @@ class AimedTask(BoundTask):
             target: The target.
             space: Space of its values, see `taskopt.kinematics.space`.
         """
-        self._target, self._space, self.fixed_target = target, space, isinstance(target, Hold)
+        self.target, self.space, self.fixed_target = target, space, isinstance(target, Hold)
 
     def begin(self, start: Array, t: float) -> None:
         """Begin the course of the target.
@@ -43,7 +47,7 @@ class AimedTask(BoundTask):
         Raises:
             InvalidValue: The target does not fit the task.
         """
-        self._course = self._target.start(self._space, start, t)
+        self._course = self.target.start(self.space, start, t)
         self._redirected = None
 
     def recall(self) -> Array | None:
@@ -77,12 +81,12 @@ class AimedTask(BoundTask):
                 return
             self._course = still
         else:
-            self._course = go_on(target, self._course, self._space, self.goal, t)
+            self._course = go_on(target, self._course, self.space, self.goal, t)
             self.fixed_target = isinstance(target, Hold)
             self._redirected = not self.fixed_target
         self.aim(t)
 
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return gain and target; see `Part.adjustable`."""
-        target = TargetParameter(self.name, self.goal, self._space, self.redirect)
+        target = TargetParameter(self.name, self.goal, self.space, self.redirect)
         return {**super().adjustable(), "target": target}
