@@ -27,7 +27,7 @@ from taskopt import BatchController, Controller, JointPositionLimit, JointVeloci
 from taskopt.arrays import Array
 from taskopt.kinematics.lockstep.frames import frame_poses
 
-ARMS, STEPS, BLOCKS = 4096, 20, 7
+ARMS, STEPS, BLOCKS = 4096, 10, 7
 SLOW, FAST = 0.02, 0.15  # [m] radii; the faster hand needs about 1.5 times the velocity limit
 SCALE = 0.25  # of the velocity limits
 
