@@ -722,6 +722,13 @@ PROXIMAL_STEP = 1e-12
 Smaller: it ends at the limit of repeats only. Larger: directions that a level leaves open stop short.
 """
 
+PROXIMAL_NOISE = 1e-8
+"""Proximal step, relative to its unknowns, below which it is rounding if it is longer than the one before it.
+
+Smaller: rounding errors, which grow from step to step, are taken for a way that is left to go. Larger: the
+iteration may end before a direction that levels barely see is reached.
+"""
+
 CVXPY_ROW_MET = 1e-9
 """Residual of an equality, relative to its largest term, up to which the CVXPY model takes it for met.
 

@@ -20,6 +20,7 @@ from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import (
     LEVEL_VIOLATION,
+    PROXIMAL_NOISE,
     PROXIMAL_STEP,
     REDUNDANT_ROW,
     ROUNDING_SHARE,
@@ -243,7 +244,7 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
     weight = pull * (1.0 - share**2)
     unbounded, previous = np.full(p + m, np.inf), np.zeros(p)
     lower, upper = both.lower / length, both.upper / length
-    last, iterations, converged = None, 0, False
+    last, iterations, moved, converged = None, 0, np.inf, False
     for _ in range(_REPEATS):
         H = np.diag(np.concatenate([share**2 + weight, np.ones(m)]))
         g = np.concatenate([-share * goal - weight * previous, np.zeros(m)])
@@ -251,12 +252,15 @@ def _proximal(solve: SolveProgram, equal: RowSVD, soft: RowSet, rows: RowSet, pu
         iterations += solution.iterations
         if solution.status is not Status.SOLVED:
             break
-        last, now = solution, solution.x[:p]
-        pulled = weight > 0.0
+        now, pulled, before = solution.x[:p], weight > 0.0, moved
         moved = np.abs(now - previous)[pulled].max(initial=0.0)
+        size = max(1.0, float(np.abs(now[pulled]).max(initial=0.0)))
         noise = max(PROXIMAL_STEP, ROUNDING_SHARE / float((share**2 + weight).min(initial=1.0)))
-        previous, weight = now, _EASED * weight
-        converged = moved <= noise * max(1.0, float(np.abs(now[pulled]).max(initial=0.0)))
+        if before <= moved <= PROXIMAL_NOISE * size:  # rounding errors, which grow as the weight is eased
+            converged = True
+            break
+        last, previous, weight = solution, now, _EASED * weight
+        converged = moved <= noise * size
         if converged:
             break
     complete = solution.status is Status.SOLVED and converged

@@ -138,3 +138,21 @@ def test_proximal_steps_that_do_not_converge_are_not_claimed(monkeypatch: pytest
     assert HierarchicalQP("daqp")(hierarchy)[0].claimed
     monkeypatch.setattr(level_qp, "_REPEATS", 1)
     assert HierarchicalQP("daqp")(hierarchy)[0].status is Status.ITERATION_LIMIT
+
+
+def test_proximal_steps_end_at_rounding_errors() -> None:
+    """An error of 4e-15 / weight in a free direction doubles from step to step; it is no way that is left."""
+    exact, asked = solve_to(solver("daqp"), 1e-8), []
+
+    def rounded(qp: QuadraticProgram) -> Solution:
+        asked.append(qp)
+        found = exact(qp)
+        return replace(found, x=found.x + [0.0, 4e-15 / qp.H[1, 1]])
+
+    level = level_qp.row_svd(np.array([[1.0, 0.0]]), np.array([2.0]), len)
+    held = level_qp.RowSet(np.array([[1.0, 1.0]]), np.array([-1.0]), np.array([1.0]), np.arange(1))
+    none = level_qp.RowSet(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.arange(0))
+    found = level_qp.least_violation(rounded, level, none, held)
+    assert found.complete
+    np.testing.assert_allclose(found.z, [2.0, -1.0], atol=1e-9)
+    assert len(asked) <= 6
