@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -51,3 +52,14 @@ def test_commands_are_known(line: str) -> None:
     assert result.exit_code == 0
     assert all(option in result.output for option in words if option.startswith("-"))
     assert all((ROOT / word).is_file() for word in words if word.endswith(".py"))
+
+
+def test_the_citation_is_of_this_version() -> None:
+    """CITATION.cff states the version, the licence and the keywords of the package."""
+    lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"version: {project['version']}" in lines
+    assert f"license: {project['license']}" in lines
+    assert [line.removeprefix("  - ") for line in lines[lines.index("keywords:") + 1 :]] == project[
+        "keywords"
+    ]

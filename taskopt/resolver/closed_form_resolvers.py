@@ -117,7 +117,7 @@ def _by_formula(
     hierarchy: Hierarchy, name: str, damping: Damping, rule: RankRule, memory: Memory | None
 ) -> tuple[Resolution, Memory]:
     """Solve the levels in order, and return x; multipliers that fit it best are found when asked for."""
-    _refuse_inequalities(hierarchy, name)
+    refuse_inequalities(hierarchy, name)
     memory = checked(memory, hierarchy.layout)
     before = memory.ranks if memory else ()
     x = np.empty(hierarchy.n)
@@ -127,8 +127,16 @@ def _by_formula(
     return resolution, Memory(np.zeros(hierarchy.layout.width, dtype=np.int8), ranks)
 
 
-def _refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
-    """Raise `InvalidValue` if a level holds an inequality; the error names its row."""
+def refuse_inequalities(hierarchy: Hierarchy, name: str) -> None:
+    """Refuse levels with inequalities.
+
+    Args:
+        hierarchy: The problem.
+        name: Name of the resolver that refuses.
+
+    Raises:
+        InvalidValue: A level holds an inequality; the error names its row.
+    """
     layout = hierarchy.layout
     first = first_inequality(hierarchy.lower, hierarchy.upper, layout.offsets)
     if first >= 0:

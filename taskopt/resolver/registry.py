@@ -1,4 +1,4 @@
-"""Resolvers by name: "active-set", "pinv", "transpose", "dls", "hqp/…", "wqp/…" and "cvxpy/<solver>".
+"""Resolvers by name: "active-set", "pinv", "transpose", "sns", "dls", "hqp/…", "wqp/…" and "cvxpy/<solver>".
 
 To add a resolver to taskopt, write a class (see `taskopt.resolver.base.Resolver`) and add a line to one of
 the two tables below. For a resolver outside the package, call `register_resolver`.
@@ -16,6 +16,7 @@ from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInv
 from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.null_space_saturation import NullSpaceSaturation
 from taskopt.resolver.transpose import Transpose
 from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.cvxpy import ENGINES
@@ -26,6 +27,7 @@ DEFAULT = "active-set"
 _PLAIN: dict[str, Callable[[], Resolver]] = {  # and what users register
     "pinv": PseudoInverse,
     "transpose": Transpose,
+    "sns": NullSpaceSaturation,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
     "active-set": ActiveSetWithFallback,
 }

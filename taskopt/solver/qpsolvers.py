@@ -149,7 +149,7 @@ def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) ->
         warnings.simplefilter("ignore")  # the status says it
         try:
             found = package.solve_problem(problem, name, **options)
-        except package.QPError:  # some solvers raise where others return nothing
+        except (package.QPError, ValueError, ArithmeticError):  # some raise where others return nothing
             return None
     return found if found.found and found.x is not None else None
 

@@ -27,10 +27,10 @@ from taskopt.solver.registry import missing_solvers, solver_versions, solvers
 
 FILE = "rows.jsonl"
 _OUTPUT = "output.txt"
-PLAIN = ("active-set", "pinv", "dls", "transpose")
+PLAIN = ("active-set", "pinv", "dls", "transpose", "sns")
 FAMILIES = ("hqp", "wqp")
 _OWN_TOLERANCES = ("hqp/",)  # one family is enough to see what a solver's own tolerances give
-_WITHOUT_MEMORY = ("hqp/", "wqp/", "cvxpy/")  # they state that they use no warm start
+_WITHOUT_MEMORY = ("hqp/", "wqp/", "cvxpy/", "sns")  # they state that they use no warm start
 _MUST_AGREE = ("versions", "machine", "repeats")
 
 

@@ -124,7 +124,8 @@ def limits_of_comparison(rows: Results) -> Iterator[str]:
     yield (
         "The exact optimum is that of strict levels. wqp/ promises another one, that of its weighted "
         "problem: its claims are judged by that, its distance and right by strict levels. pinv, dls and "
-        "transpose claim nothing, and keep no limits."
+        "transpose claim nothing, and keep no limits; sns claims nothing, and scales levels instead of "
+        "minimising them."
     )
     yield (
         f"Each problem is timed {rows.conditions['repeats']} times (once if it takes more than 20 ms), after "
