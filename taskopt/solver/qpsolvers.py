@@ -20,7 +20,7 @@ _TOLERANCES = {  # the names under which a solver takes its tolerances; none for
     "piqp": ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"),
     **dict.fromkeys(("cvxopt", "kvxopt", "ecos"), ("abstol", "reltol", "feastol")),
     "qpalm": ("eps_abs", "eps_rel"),
-    "qtqp": ("atol", "rtol"),
+    "qtqp": (),  # it takes them elsewhere than qpsolvers hands them over
 }
 _ROWS_ONLY = (
     "cvxopt",
