@@ -99,8 +99,11 @@ def test_profiles_count_proven_answers_only(tmp_path: Path) -> None:
 
 def test_findings_name_what_the_rows_show(tmp_path: Path) -> None:
     """Most accurate, quickest, who claims what is refuted, where the closed form suffices."""
-    text = "\n".join(findings(write(tmp_path, CELLS)))
-    assert "Most accurate, of those proven in at least 99 % of the problems: active-set cold" in text
+    weights = [row("proven", 1e-2, 1e-7)] * 2  # of its own problem, and far from the strict optimum
+    text = "\n".join(findings(write(tmp_path, CELLS | {("easy", "wqp/x"): weights})))
+    assert "right in as many: active-set cold (largest 1.0e-12)." in text
+    assert "Quickest cold among the same, by the mean of the processor time: active-set (" in text
+    assert "wqp/x" not in text
     assert "hqp/x cold (50 %)" in text
     assert "in a part of: easy 50 %" in text
     assert "at most 50 % of the answers to a set (hard)" in text
