@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taskopt import Configuration, Stack
+from taskopt import (
+    Configuration,
+    JointAccelerationLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Stack,
+)
 from taskopt.errors import Infeasible
 from taskopt.hierarchy.status import Status
 from taskopt.kinematics.limit import ObstacleLimit
@@ -82,19 +88,31 @@ def test_relaxing_the_conflict_goes_on_with_an_optimum() -> None:
 
 @pytest.mark.slow
 def test_switched_tasks_jump_and_blended_ones_do_not() -> None:
-    """The same scenario without blending jumps by more than ten times as much."""
+    """Without its limit on accelerations, and without blending, the scenario jumps ten times as much."""
     declared = scenario("panda_switch")
+    free = replace(declared, stack=Stack(declared.stack.levels, [JointPositionLimit(), JointVelocityLimit()]))
     levels = [
         [replace(task, blend=0.0) if isinstance(task, During) else task for task in level]
         for level in declared.stack.levels
     ]
-    switched = replace(declared, stack=Stack(levels, declared.stack.limits))
-    jumps = [
-        largest_jump(np.array([step.v for step in taken]))
-        for taken in (steps("panda_switch"), run(switched, ActiveSet()))
-    ]
+    switched = replace(free, stack=Stack(levels, free.stack.limits))
+    jumps = [largest_jump(np.array([step.v for step in run(of, ActiveSet())])) for of in (free, switched)]
     assert jumps[1] > 1.0
     assert jumps[0] < 0.1 * jumps[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["panda_circle", "panda_switch", "panda_obstacles", "internal_motion", "square_inverse"]
+)
+def test_a_real_arm_keeps_the_accelerations_of_its_maker(name: str) -> None:
+    """From rest on no joint changes its velocity by more than a Δt in a tick."""
+    declared = scenario(name)
+    (limit,) = (limit for limit in declared.stack.limits if isinstance(limit, JointAccelerationLimit))
+    allowed = declared.dt * np.asarray(limit.acceleration)
+    v = np.array([np.zeros(declared.robot.nv), *(step.v for step in steps(name))])
+    assert (np.abs(np.diff(v, axis=0)) <= allowed + 1e-9).all()
+    assert {step.resolution.status for step in steps(name)} == {Status.SOLVED}
 
 
 @pytest.mark.slow

@@ -37,25 +37,26 @@ def test_no_link_comes_nearer_than_the_margin_and_the_closed_form_hits_a_ball() 
 
 
 def test_the_hand_turns_to_slip_through_and_arrives() -> None:
-    """The path is left by at most 3 cm and found again; the orientation gives way by over half a radian."""
+    """The path is left by at most 3.5 cm and found again; the orientation gives way by over half a radian."""
     errors = [tracking_error(step) for step in steps("active-set")]
-    assert max(errors) < 0.03
+    assert max(errors) < 0.035
     assert errors[-1] < 3e-3
     assert max(np.linalg.norm(step.errors["orientation"]) for step in steps("active-set")) > 0.5
 
 
 def test_several_links_are_held_off_and_every_answer_is_proven() -> None:
-    """Hand, link 5, 6 and 7 are each held off for 50 ticks and more, and velocities bind too."""
+    """Hand, link 5, 6 and 7 are each held off for 50 ticks and more; velocity and acceleration bind, too."""
     held = Counter(active.name for step in steps("active-set") for active in step.resolution.active)
     links = {name.split(" – ")[0] for name, ticks in held.items() if ticks >= 50}
     assert {f"obstacle/panda_{link}" for link in ("hand", "link5", "link6", "link7")} <= links
-    assert any(name.startswith("joint_velocity/") for name in held)
+    for limit in ("joint_acceleration/", "joint_acceleration (velocity)/"):
+        assert any(name.startswith(limit) for name in held)
     assert all(step.resolution.kkt_met() for step in steps("active-set"))
 
 
 def test_it_ends_beside_a_singularity_with_slow_joints() -> None:
-    """The least singular value for the position is below 0.02; no joint is faster than 0.1 rad/s."""
+    """The least singular value for the position is below 0.02; no joint is faster than 0.2 rad/s."""
     last = steps("active-set")[-1]
     J = Configuration(scenario().robot, last.q).jacobian("panda_hand")[:3]
     assert np.linalg.svd(J, compute_uv=False)[-1] < 0.02
-    assert np.abs(last.v).max() < 0.1
+    assert np.abs(last.v).max() < 0.2

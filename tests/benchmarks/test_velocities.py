@@ -1,6 +1,7 @@
 """The acceptance of the velocities: a seeded sample of it, and its verdict."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,8 +9,9 @@ from cases import NAMES
 from checkout import ROOT, subject
 from first_run import drive
 from recorder import record, replay, response
-from velocities import SAMPLE, Outcome, examine, examine_record, is_saturated
+from velocities import CHANGED, SAMPLE, Outcome, examine, examine_record, is_saturated, write_declaration
 
+from taskopt import JointAccelerationLimit
 from taskopt.arrays import Array
 
 FINE = Outcome("W1x", 10, 1e-13, 1e-13, 0, 0, 1e-12, 1e-12, 10)
@@ -65,6 +67,18 @@ def test_only_saturated_cases_are_compared_with_the_cascade() -> None:
         "W2xh",
     ]
     assert replace(FINE, unmet=1, apart=np.nan).accepted
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_scenario_that_changed_is_compared_as_it_was(name: str, tmp_path: Path) -> None:
+    """The declaration before the change has no limit on accelerations, and the one of today has."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("the old declaration is in the history of the repository")
+    write_declaration(name, tmp_path)
+    before, now = subject(tmp_path, name), subject(ROOT, name)
+    kept = [any(isinstance(x, JointAccelerationLimit) for x in of.stack.limits) for of in (before, now)]
+    assert kept == [False, True]
+    assert np.array_equal(before.q0, now.q0)
 
 
 def test_a_recording_ends_at_the_first_conflict() -> None:
