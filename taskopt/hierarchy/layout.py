@@ -80,6 +80,11 @@ class Layout:
     unknown_units: tuple[str, ...] = ()
 
     @cached_property
+    def is_of_accelerations(self) -> bool:
+        """True if the unknowns are joint accelerations, as their units tell."""
+        return any(unit.endswith("/s²") for unit in self.unknown_units)
+
+    @cached_property
     def place_of_x(self) -> slice:
         """Where x stands in the flat answer, kept since every tick needs it."""
         return place_of_x(self.n)

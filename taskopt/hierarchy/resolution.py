@@ -7,6 +7,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
+from taskopt.errors import InvalidValue
 from taskopt.hierarchy.active import Active, active_rows, fixed_rows, level_multipliers
 from taskopt.hierarchy.certificate import Certificate, broken_limit
 from taskopt.hierarchy.explain import explain
@@ -147,7 +148,26 @@ class Resolution:
 
     @property
     def v(self) -> Array:
-        """The unknowns of a robot's first-order stack: joint velocities, (nv,) [rad/s, m/s]."""
+        """The unknowns of a robot's stack of order 1: joint velocities, (nv,) [rad/s, m/s].
+
+        Raises:
+            InvalidValue: The stack is of order 2, so that the unknowns are accelerations.
+        """
+        if self.source.layout.is_of_accelerations:
+            raise InvalidValue("a stack of order 2 answers with accelerations: take resolution.a, not .v")
+        return self.x
+
+    @property
+    def a(self) -> Array:
+        """The unknowns of a robot's stack of order 2: joint accelerations, (nv,) [rad/s², m/s²].
+
+        Raises:
+            InvalidValue: The unknowns are not accelerations.
+        """
+        if not self.source.layout.is_of_accelerations:
+            raise InvalidValue(
+                "only a stack of order 2 answers with accelerations: take resolution.v, not .a"
+            )
         return self.x
 
     @property

@@ -13,7 +13,7 @@ from taskopt.kinematics.limit import BoundLimit, Limit
 from taskopt.kinematics.part import RowPart, check_complete
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.kinematics.task.base import rate_units
+from taskopt.kinematics.task.base import acceleration_units, rate_units
 from taskopt.kinematics.task.level_damping import BoundLevelDamping
 
 _ROWS = ("name", "row_names", "row_units", "column")
@@ -178,6 +178,7 @@ def layout_of(
     hard: Sequence[tuple[str, RowPart]],
     levels: Sequence[Sequence[BoundTask]],
     owners: tuple[str, ...],
+    order: int = 1,
 ) -> Layout:
     """Lay out the hierarchy of a plan.
 
@@ -186,6 +187,7 @@ def layout_of(
         hard: Limits with rows, each with its name in the plan.
         levels: Bound tasks, by level.
         owners: Names that the bounds of single velocities may have.
+        order: 1 if the unknowns are velocities, 2 if they are accelerations.
 
     Returns:
         Names and sizes.
@@ -196,7 +198,9 @@ def layout_of(
     for k, name, part in [*((0, name, limit) for name, limit in hard), *tasks]:
         start = len(column)
         column += part.column
-        names = part.row_names, part.row_units, part.choices
+        row_units = part.row_units if order == 1 else acceleration_units(part.row_units)
+        names = part.row_names, row_units, part.choices
         blocks.append(Block(name, k, start, len(column), *names))
     units = rate_units(robot.coordinate_units)
+    units = units if order == 1 else acceleration_units(units)
     return Layout(robot.velocity_names, tuple(blocks), len(levels), owners, tuple(column), units)

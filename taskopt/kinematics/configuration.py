@@ -54,6 +54,8 @@ class Configuration:
         q: (nq,) [rad, m], overwritten by `update`.
         joint_jacobians: (6, nv), a view of Pinocchio's memory: for each velocity the spatial twist at the
             origin of the world, linear then angular, along the axes of the world.
+        jacobian_rates: (6, nv), a view of Pinocchio's memory: the derivative of `joint_jacobians` by time, as
+            of the last `update` with a velocity.
         joint_placements: (joints + 1, 12), a view of Pinocchio's memory: pose of each joint in the world, the
             rotation column by column and then the translation [m]; the world itself comes first.
     """
@@ -79,17 +81,19 @@ class Configuration:
         self._views: dict[str, FrameView] = {}
         # Pinocchio's array is in Fortran order, and for nv = 1 it has lost its second axis.
         self.joint_jacobians: Array = self._data.J.reshape((6, robot.nv), order="F")
+        self.jacobian_rates: Array = self._data.dJ.reshape((6, robot.nv), order="F")
         self.joint_placements: Array = _placements(self._data)
         self.update(self.q)
 
     def __reduce__(self) -> tuple[type["Configuration"], tuple[Robot, Array]]:
         return Configuration, (self.robot, self.q.copy())
 
-    def update(self, q: Array) -> None:
+    def update(self, q: Array, v: Array | None = None) -> None:
         """Move the robot to q, in place.
 
         Args:
             q: (nq,) [rad, m]. Only its size is checked, since this is called on every tick.
+            v: Velocity (nv,) [rad/s, m/s] along which `jacobian_rates` are computed; None leaves them.
 
         Raises:
             InvalidValue: q has the wrong size.
@@ -97,7 +101,10 @@ class Configuration:
         if q.shape != self._shape:
             raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
         self.q[...] = q
-        pin.computeJointJacobians(self._model, self._data, self.q)
+        if v is None:
+            pin.computeJointJacobians(self._model, self._data, self.q)
+        else:
+            pin.computeJointJacobiansTimeVariation(self._model, self._data, self.q, v)
 
     def frame(self, name: str) -> FrameView:
         """Return the views of a frame that kernels need.

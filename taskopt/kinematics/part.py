@@ -61,7 +61,22 @@ class RowArrays(NamedTuple):
     upper: Array
 
 
+class Motion(NamedTuple):
+    """Motion of the robot at one tick of a stack of second order, as kernels read it.
+
+    Attributes:
+        dt: Δt [s], the time to the next tick.
+        velocity: Velocity v at the beginning of the tick, (nv,) [rad/s, m/s].
+        jacobian_rates: Rate of `RobotState.jacobians` along v, (6, nv).
+    """
+
+    dt: float
+    velocity: Array
+    jacobian_rates: Array
+
+
 RowKernel = Callable[[IntArray, Array, RobotState, RowArrays], None]
+LiftKernel = Callable[[IntArray, Array, RobotState, Motion, RowArrays], None]
 BoxKernel = Callable[[IntArray, Array, RobotState, Array, int], None]
 
 _ROW_ARGUMENTS = "parameters", "memory", "state", "rows"
@@ -143,10 +158,14 @@ class RowPart(Part):
         curved: False if A never changes with the posture; rows that are unit vectors count as such anyway.
         choices: Names that a row may have instead of its own; `fill` writes the number of the
             name, counted from 1, as the label of the row. Empty where each row has one name for good.
+        lift_kernel: Compiled function that, in a stack of second order, turns the rows A v = b that `kernel`
+            has written into rows A q̈ = b; or None. Its signature is `(parameters, memory, state, motion,
+            rows)`, with `Motion`.
     """
 
     fixed_target: bool = False
     curved: bool = True
+    lift_kernel: LiftKernel | None = None
     choices: tuple[str, ...] = ()
 
     def __init__(
@@ -184,6 +203,21 @@ class RowPart(Part):
         Args:
             t: Time [s].
         """
+
+    def lift(self, state: RobotState, motion: Motion, rows: LevelRows) -> None:
+        """Turn the rows A v = b of this tick, which `fill` has written, into rows A q̈ = b.
+
+        A part with a `lift_kernel` inherits this method, which runs the kernel; other parts that a stack of
+        second order may have define their own.
+
+        Args:
+            state: Arrays of the robot at this tick.
+            motion: Its motion at this tick.
+            rows: Rows of this part in the hierarchy.
+        """
+        if self.lift_kernel is not None:
+            arrays = RowArrays(rows.A, rows.lower, rows.upper)
+            self.lift_kernel(self.parameters, self.memory, state, motion, arrays)
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Write the rows in place.

@@ -10,10 +10,14 @@ The kernels are called and not inlined, so that the function for a new set of ke
 of a second. Its machine code is cached by its content like that of every kernel, and plans with the same
 kernels share it.
 
+In a plan of second order each task has a second kernel, which turns its rows A v = b into A q̈ = b. The
+limits are filled at s = q ⊕ v h/2 and turned into bounds on q̈ by q̈ = (v⁺ − v)/h, see
+`taskopt.kinematics.second_order`.
+
 The function reads two arrays. `program` holds integers: a header, then the entry of each part, which ends
 with the part's own parameters. `numbers` holds all floats of the plan: the buffer of the hierarchy, its norm,
-the bounds of velocities with which each tick starts (the box), the memories of the parts, and what
-`rank_in_doubt` keeps from tick to tick.
+the bounds of velocities with which each tick starts (the box), the motion of the robot (nothing at first
+order), the memories of the parts, and what `rank_in_doubt` keeps from tick to tick.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -31,10 +35,21 @@ from taskopt.hierarchy.rank_doubt import new_watch, watch_size
 from taskopt.hierarchy.view import Rows, box_of, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.part import BoxKernel, Part, RobotState, RowArrays, RowKernel, RowPart
+from taskopt.kinematics.part import (
+    BoxKernel,
+    LiftKernel,
+    Motion,
+    Part,
+    RobotState,
+    RowArrays,
+    RowKernel,
+    RowPart,
+)
 
 Fill = Callable[[IntArray, Array, Array, Array, Array], bool]
 Tick = tuple[IntArray, Array, Array, Array, Array]
+
+NO_MOTION = np.zeros(0)
 
 
 class Header(IntEnum):
@@ -45,7 +60,8 @@ class Header(IntEnum):
     LEVELS = 2
     NORM = 3  # where the norm begins in `numbers`; the buffer of the hierarchy ends there
     BOX = 4  # where the box begins with which each tick starts
-    OFFSETS = 5  # the offsets of the levels begin here, then the columns of the rows, then the parts
+    MOTION = 5  # where the motion of the robot begins, see `motion_size`
+    OFFSETS = 6  # the offsets of the levels begin here, then the columns of the rows, then the parts
 
 
 class Entry(IntEnum):
@@ -56,8 +72,9 @@ class Entry(IntEnum):
     COUNT = 2  # number of rows
     START = 3  # where its memory begins in `numbers`
     STOP = 4  # where its memory ends
-    SIZE = 5  # number of its own parameters, which follow
-    PARAMETERS = 6
+    LIFT = 5  # k > 0: the k-th kernel that turns rows of velocities into rows of accelerations; 0: none
+    SIZE = 6  # number of its own parameters, which follow
+    PARAMETERS = 7
 
 
 class Problem(NamedTuple):
@@ -93,7 +110,11 @@ class CompiledTick(NamedTuple):
 
 
 def compiled_tick(
-    parts: Sequence[tuple[Part, int]], configuration: Configuration, hierarchy: Hierarchy, groups: IntArray
+    parts: Sequence[tuple[Part, int]],
+    configuration: Configuration,
+    hierarchy: Hierarchy,
+    groups: IntArray,
+    motion: Array = NO_MOTION,
 ) -> CompiledTick:
     """Make the compiled function of some parts, and move their memory into one array.
 
@@ -103,31 +124,36 @@ def compiled_tick(
         configuration: Robot whose arrays the function reads, now and later.
         hierarchy: Hierarchy in which all constant numbers are written; every tick starts with its box.
         groups: Groups of curved rows, see `taskopt.hierarchy.rank_doubt.new_watch`.
+        motion: Memory of the motion of the robot, see `motion_size`; empty for a plan of first order.
 
     Returns:
         The function, its arguments, and the hierarchy in its new memory.
     """
     layout, n = hierarchy.layout, hierarchy.layout.n
-    rows = _distinct(part for part, _ in parts if isinstance(part, RowPart))
-    bounds = _distinct(part for part, _ in parts if not isinstance(part, RowPart))
-    pieces = [hierarchy.buffer, hierarchy.norm.ravel(), box_of(hierarchy.buffer, n).ravel()]
+    rows = _distinct(part.kernel for part, _ in parts if isinstance(part, RowPart))
+    bounds = _distinct(part.kernel for part, _ in parts if not isinstance(part, RowPart))
+    lifts = _distinct(part.lift_kernel for part, _ in parts if isinstance(part, RowPart) and motion.size)
+    pieces = [hierarchy.buffer, hierarchy.norm.ravel(), box_of(hierarchy.buffer, n).ravel(), motion]
     pieces += [*(part.memory.ravel() for part, _ in parts), new_watch(n, groups)]
     numbers = np.concatenate(pieces)
     starts = list(accumulate(map(len, pieces), initial=0))
-    program = [n, layout.row_count, layout.level_count, starts[1], starts[2]]
+    program = [n, layout.row_count, layout.level_count, *starts[1:4]]
     program += [*layout.offsets, *layout.columns]
-    for (part, place), start, stop in zip(parts, starts[3:], starts[4:], strict=False):
+    for (part, place), start, stop in zip(parts, starts[4:], starts[5:], strict=False):
+        lift = 0
         if isinstance(part, RowPart):
             head = [rows.index(part.kernel) + 1, place, len(part.row_names)]
+            lift = lifts.index(part.lift_kernel) + 1 if part.lift_kernel in lifts else 0
         else:
             head = [-bounds.index(part.kernel) - 1, place, 0]
-        program += [*head, start, stop, len(part.parameters), *part.parameters.tolist()]
+        program += [*head, start, stop, lift, len(part.parameters), *part.parameters.tolist()]
         part.use(numbers[start:stop].reshape(part.memory.shape))
     norm = numbers[starts[1] : starts[2]].reshape(hierarchy.norm.shape)
     moved = Hierarchy.view(layout, numbers[: starts[1]], norm)
     arrays = configuration.q, configuration.joint_jacobians, configuration.joint_placements
     arguments = np.array(program, dtype=np.int64), numbers, *arrays
-    return CompiledTick(fill_function(rows, bounds), arguments, moved)
+    fill = accelerated_fill(rows, bounds, lifts) if motion.size else fill_function(rows, bounds)
+    return CompiledTick(fill, arguments, moved)
 
 
 def base_box(tick: Tick) -> Array:
@@ -156,10 +182,77 @@ def watch_of(tick: Tick) -> Array:
     return tick[1][-watch_size(int(tick[0][Header.UNKNOWNS]), int(tick[0][Header.ROWS])) :]
 
 
-def _distinct(parts: Iterable[Part]) -> tuple[FunctionType, ...]:
-    """Return the kernels of parts, each once, in an order that does not depend on that of the parts."""
-    kernels = dict.fromkeys(cast("FunctionType", part.kernel) for part in parts)
-    return tuple(sorted(kernels, key=lambda found: (str(found.__module__), found.__qualname__)))
+def motion_of(tick: Tick) -> Array:
+    """Return the memory of the motion of the robot, see `motion_size`.
+
+    Args:
+        tick: Arguments of the compiled function of a plan of second order.
+
+    Returns:
+        View of the memory.
+    """
+    size = motion_size(int(tick[0][Header.UNKNOWNS]), tick[2].size, len(tick[4]))
+    start = int(tick[0][Header.MOTION])
+    return tick[1][start : start + size]
+
+
+def motion_size(nv: int, nq: int, joints: int) -> int:
+    """Return the length of the memory of the motion of a robot.
+
+    It holds Δt, v (nv,), the rates of the joint Jacobians (nv, 6), and then the robot at s = q ⊕ v Δt/2:
+    s (nq,), joint Jacobians (nv, 6), joint placements (joints, 12).
+
+    Args:
+        nv: Number of velocities.
+        nq: Number of coordinates.
+        joints: Number of joints, the world included.
+
+    Returns:
+        The number of floats.
+    """
+    return 1 + nv + 6 * nv + nq + 6 * nv + 12 * joints
+
+
+@kernel
+def motion_in(memory, nv):
+    """Return the motion of a robot from its memory.
+
+    Args:
+        memory: The memory, see `motion_size`.
+        nv: Number of velocities.
+
+    Returns:
+        Views into the memory.
+    """
+    return Motion(memory[0], memory[1 : 1 + nv], memory[1 + nv : 1 + 7 * nv].reshape((nv, 6)).T)
+
+
+@kernel
+def state_ahead(memory, nv, nq, joints):
+    """Return the arrays of the robot at s = q ⊕ v Δt/2 from the memory of its motion.
+
+    Args:
+        memory: The memory, see `motion_size`.
+        nv: Number of velocities.
+        nq: Number of coordinates.
+        joints: Number of joints, the world included.
+
+    Returns:
+        Views into the memory.
+    """
+    q = 1 + 7 * nv
+    jacobians, placements = q + nq, q + nq + 6 * nv
+    return RobotState(
+        memory[q:jacobians],
+        memory[jacobians:placements].reshape((nv, 6)).T,
+        memory[placements : placements + 12 * joints].reshape((joints, 12)),
+    )
+
+
+def _distinct(kernels: Iterable[object]) -> tuple[FunctionType, ...]:
+    """Return kernels, each once and without None, in an order that does not depend on that of the parts."""
+    found = dict.fromkeys(cast("FunctionType", kernel) for kernel in kernels if kernel is not None)
+    return tuple(sorted(found, key=lambda one: (str(one.__module__), one.__qualname__)))
 
 
 @lru_cache(maxsize=256)
@@ -206,6 +299,92 @@ def fill_function(row_kernels: tuple[RowKernel, ...], box_kernels: tuple[BoxKern
     return fill
 
 
+@lru_cache(maxsize=256)
+def accelerated_fill(
+    row_kernels: tuple[RowKernel, ...],
+    box_kernels: tuple[BoxKernel, ...],
+    lift_kernels: tuple[LiftKernel, ...],
+) -> Fill:
+    """Return the compiled function that fills a hierarchy of second order by calling kernels.
+
+    Args:
+        row_kernels: Kernels of parts with rows.
+        box_kernels: Kernels of limits on single velocities.
+        lift_kernels: Kernels that turn the rows of tasks into rows of accelerations.
+
+    Returns:
+        A function as that of `fill_function`.
+    """
+    fill_rows, narrow, lift = _row_chain(row_kernels), _box_chain(box_kernels), _lift_chain(lift_kernels)
+
+    @kernel_apart
+    def fill(program, numbers, q, jacobians, placements):
+        """Fill the limits at s = q ⊕ v h/2 and the tasks at q, and turn all of them to accelerations."""
+        problem = problem_in(program, numbers)
+        n = program[Header.UNKNOWNS]
+        rows = view_rows(problem.buffer, n, problem.norm, problem.offsets, problem.columns)
+        bounds = view_box(problem.buffer, n)
+        moving = numbers[program[Header.MOTION] :]
+        motion, ahead = motion_in(moving, n), state_ahead(moving, n, q.size, placements.shape[0])
+        here = RobotState(q, jacobians, placements)
+        for side in range(4):
+            for j in range(n):
+                bounds[side, j] = numbers[program[Header.BOX] + side * n + j]
+        at = Header.OFFSETS + program[Header.LEVELS] + 2 + program[Header.ROWS]
+        while at < program.size:
+            index, place = program[at + Entry.KERNEL], program[at + Entry.PLACE]
+            memory = numbers[program[at + Entry.START] : program[at + Entry.STOP]]
+            to_lift, stop = program[at + Entry.LIFT], place + program[at + Entry.COUNT]
+            first = at + Entry.PARAMETERS
+            at = first + program[at + Entry.SIZE]
+            parameters = program[first:at]
+            if index <= 0:
+                narrow(-index, parameters, memory, ahead, bounds, place)
+                continue
+            own = RowArrays(rows.A[place:stop], rows.lower[place:stop], rows.upper[place:stop])
+            if place < problem.offsets[1]:
+                fill_rows(index, parameters, memory, ahead, own)
+                lift_limit(own.A, own.lower, own.upper, motion.velocity, motion.dt)
+            else:
+                fill_rows(index, parameters, memory, here, own)
+                lift(to_lift, parameters, memory, here, motion, own)
+        lift_box(bounds, motion.velocity, motion.dt)
+        return flawed(rows)
+
+    return fill
+
+
+@kernel
+def lift_limit(A, lower, upper, v, dt):
+    """Turn bounds lower ≤ A v⁺ ≤ upper on the velocity of the next tick into bounds on A q̈.
+
+    Args:
+        A: Rows, (m, nv).
+        lower: Lower bounds, (m,), overwritten by (lower − A v)/Δt.
+        upper: Upper bounds, (m,), overwritten in the same way.
+        v: Velocity of this tick, (nv,) [rad/s, m/s].
+        dt: Δt [s].
+    """
+    for i in range(lower.size):
+        now = 0.0
+        for j in range(v.size):
+            now += A[i, j] * v[j]
+        lower[i], upper[i] = (lower[i] - now) / dt, (upper[i] - now) / dt
+
+
+@kernel
+def lift_box(bounds, v, dt):
+    """Turn bounds on single velocities of the next tick into bounds on single accelerations.
+
+    Args:
+        bounds: (4, nv), see `BoundLimit.narrow`; lower and upper bounds are overwritten by (bound − v)/Δt.
+        v: Velocity of this tick, (nv,) [rad/s, m/s].
+        dt: Δt [s].
+    """
+    for j in range(v.size):
+        bounds[0, j], bounds[1, j] = (bounds[0, j] - v[j]) / dt, (bounds[1, j] - v[j]) / dt
+
+
 def _row_chain(kernels: tuple[RowKernel, ...]) -> Callable[..., None]:
     """Return a compiled function that calls the kernel of rows with a given number, counted from 1."""
     if not kernels:
@@ -238,6 +417,28 @@ def _box_chain(kernels: tuple[BoxKernel, ...]) -> Callable[..., None]:
             others(index, parameters, memory, state, bounds, owner)
 
     return link
+
+
+def _lift_chain(kernels: tuple[LiftKernel, ...]) -> Callable[..., None]:
+    """Return a compiled function that calls the lift kernel with a given number, counted from 1."""
+    if not kernels:
+        return _no_lift
+    place, last, others = len(kernels), kernels[-1], _lift_chain(kernels[:-1])
+
+    @kernel
+    def link(index, parameters, memory, state, motion, rows):
+        """Call the own kernel, or hand on to the others."""
+        if index == place:
+            last(parameters, memory, state, motion, rows)
+        else:
+            others(index, parameters, memory, state, motion, rows)
+
+    return link
+
+
+@kernel
+def _no_lift(index, parameters, memory, state, motion, rows):
+    """Do nothing: the end of a chain of lift kernels."""
 
 
 @kernel

@@ -9,7 +9,7 @@ from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.kinematics.parameter import Numbers, Ramp, Setting
 from taskopt.kinematics.space import Space, Value, plain
-from taskopt.kinematics.target import Course, Function, Hold, Target
+from taskopt.kinematics.target import Course, Function, Hold, Target, with_acceleration
 
 
 class Blend:
@@ -53,11 +53,12 @@ class Blend:
             space.move(towards, u * (1.0 - u) ** 2 * duration * rate, out)
             return out
 
-        moving, end = Function(value).start(space, first, t), value(t + duration)
+        moving = with_acceleration(Function(value).start(space, first, t), "a blend")
+        end = value(t + duration)
 
-        def course(now: float, out: Array, rate: Array) -> bool:
+        def course(now: float, out: Array, rate: Array, acceleration: Array | None = None) -> bool:
             if now - t < duration:
-                return moving(now, out, rate)
+                return moving(now, out, rate, acceleration)
             out[...] = end
             return False
 
@@ -138,13 +139,14 @@ class VelocityTarget(Numbers):
     """A target that is a velocity, which its task remembers by itself, as those with other targets do."""
 
 
-def still(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (a `Course`)
+def still(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:  # noqa: ARG001
     """Leave the value as it is: a `Course` of a target that stands still.
 
     Args:
         t: Time [s].
         value: The value.
         rate: Its rate.
+        acceleration: The rate of its rate.
 
     Returns:
         False, since the rate is zero.

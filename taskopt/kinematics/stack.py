@@ -10,10 +10,11 @@ import numpy as np
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import RestDamping
-from taskopt.hierarchy.layout import Block, numbered
-from taskopt.hierarchy.problem import Hierarchy, LevelRows, checked_norm
+from taskopt.hierarchy.layout import numbered
+from taskopt.hierarchy.problem import Hierarchy, checked_norm
 from taskopt.hierarchy.rest_layout import groups_of
 from taskopt.hierarchy.view import box_of, rows_of
+from taskopt.kinematics.addresses import gates_of, parameters_of, rows_of_block
 from taskopt.kinematics.binding import (
     bound_limit,
     bound_task,
@@ -26,22 +27,27 @@ from taskopt.kinematics.binding import (
 )
 from taskopt.kinematics.changes import Changes
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.gate import Axes, Enabled, Gate, LevelEnabled, Weight
+from taskopt.kinematics.gate import Gate
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
-from taskopt.kinematics.parameter import Followed, Parameter, Setting
+from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.part import Part, RowPart
-from taskopt.kinematics.plan import base_box, compiled_tick, flawed, watch_of
+from taskopt.kinematics.plan import NO_MOTION, base_box, compiled_tick, flawed, motion_of, watch_of
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.second_order import Filler, SecondOrder, accelerate, checked_order
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.kinematics.task.level_damping import BoundLevelDamping
+from taskopt.kinematics.task.self_motion import BoundSelfMotion
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
     """A declaration of levels of tasks in strict order, and of the limits that come before all of them.
+
+    At order 2 the unknown is the acceleration q̈, constant over a tick. Each task asks for A q̈ = ẍ_d + K_D ė +
+    K_P e − J̇ v, with K_P = K² and K_D = 2 K unless it says otherwise, and limits keep what they keep at order
+    1. A last level, "self-motion", brings what the others leave free to rest.
 
     Args:
         levels: Lists of tasks, highest priority first. Tasks of one level are weighed against each other. A
@@ -52,19 +58,26 @@ class Stack:
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
             smaller. Default: the identity.
         damping: Damping that a `Controller` or a `Scenario` adds at ticks at which the robot would not come
-            to rest, as where a still target is out of reach; see `RestDamping`. Default: none.
+            to rest, as where a still target is out of reach; see `RestDamping`. Default: none. Only order 1
+            has it.
+        order: 1 for velocities as unknowns, 2 for accelerations.
+        self_motion: K_v [1/s] of order 2: what all levels leave free dies out as v̇ = −K_v v in the norm W.
+            More brings it to rest sooner; it must stay below 1/Δt.
 
     Raises:
-        InvalidValue: There is no level, a level is empty, or an entry is not a task or not a limit.
+        InvalidValue: There is no level, a level is empty, an entry is not a task or not a limit, or the order
+            is neither 1 nor 2.
 
     Source:
-        Equation (3.50) for the norm.
+        Equation (3.50) for the norm; (3.98)–(3.104) for order 2, with q̈₀ = −K_v v.
     """
 
     levels: Sequence[Sequence[Task]]
     limits: Sequence[Limit] = ()
     norm: ArrayLike | None = None
     damping: RestDamping | None = field(default=None, kw_only=True)
+    order: int = field(default=1, kw_only=True)
+    self_motion: float = field(default=5.0, kw_only=True)
 
     def __post_init__(self) -> None:
         if not isinstance(self.levels, Sequence) or isinstance(self.levels, str):
@@ -76,6 +89,7 @@ class Stack:
             raise InvalidValue(
                 f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
             )
+        checked_order(self.order, self.self_motion, self.damping)
         object.__setattr__(self, "levels", levels)
         object.__setattr__(self, "limits", declared_in(self.limits, "limits", Limit))
 
@@ -148,6 +162,9 @@ class Plan:
         self.configuration = Configuration(robot, robot.neutral)
         names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))
         levels = [[bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
+        norm = checked_norm(stack.norm, robot.nv)
+        if stack.order == 2:
+            levels.append([BoundSelfMotion(robot, stack.self_motion, norm)])
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*levels))
         dampings = [found for k, level in enumerate(levels, 1) for found in damping_of(level, k)]
         limits, self.obstacles = named_obstacles(stack.limits, stack.levels)
@@ -157,22 +174,27 @@ class Plan:
         hard += [BoundCoupling(robot, robot.couplings)] if robot.couplings else []
         self.rate_limits = [limit for limit in self.limits if isinstance(limit, RateLimit)]
         self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
+        self.motion: SecondOrder | None = None
+        if stack.order == 2:
+            accelerate(self.tasks, self.limits, dt)
+            self.motion = SecondOrder(self.configuration, dt, rows=bool(hard))
+        self._place = self.configuration.update if self.motion is None else self.motion.update
         set_dt(self.tasks, dt)
         owners = chain.from_iterable(limit.owners for limit in boxes)
         named = tuple(zip(numbered(limit.name for limit in hard), hard, strict=True))
         self.distance_limits = {name: limit for name, limit in named if isinstance(limit, BoundDistance)}
         self.moving = {m.name: m.pose for limit in self.distance_limits.values() for m in limit.movers}
-        self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)))
+        self.layout = layout_of(robot, named, levels, ("box", *numbered(owners)), stack.order)
         self.stack, self._begun = stack, None
         self.groups = groups_of(self.layout, {task.name for task in self.tasks if task.curved})
         self.velocity = np.zeros(robot.nv)
-        self._prepare(hard, boxes, checked_norm(stack.norm, robot.nv))
+        self._prepare(hard, boxes, norm)
         blocks = {block.name: block for block in self.layout.blocks if block.level}
         self._damps = [(damping, k, blocks[damping.name].rows) for damping, k in dampings]
-        self._gates = self._gated(blocks)
+        self._gates = gates_of(self.tasks, self.hierarchy, blocks, once=self.motion is None)
         self._open_gates: tuple[Gate, ...] = ()
         self.altered = False
-        self.changes = Changes(self._parameters(levels))
+        self.changes = Changes(parameters_of(levels, self._gates, self.limits, self._write_base_box))
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
         """Start all targets from a start posture, with the robot at rest.
@@ -217,19 +239,43 @@ class Plan:
         """
         for part in (*self.rate_limits, *self.rate_tasks):
             part.moved(v)
-        self.velocity = v
+        if self.motion is None:
+            self.velocity = v
+        else:
+            self.velocity[:] = v
 
-    def brakes(self) -> Array:
-        """Return the velocity after braking as hard as the limits on acceleration allow.
+    def answered(self, x: Array) -> None:
+        """Take the answer of a tick: the velocity that the robot has until the next one, or its acceleration.
+
+        Args:
+            x: Velocity (nv,) [rad/s, m/s], at order 2 acceleration [rad/s², m/s²].
+        """
+        self.moved(x if self.motion is None else self.motion.answered(x))
+
+    def next_posture(self, q: Array) -> Array:
+        """Return the posture to which the answer of a tick leads; `answered` must have been called.
+
+        Args:
+            q: Posture of the tick, (nq,) [rad, m].
 
         Returns:
-            (nv,) [rad/s, m/s]; 0 for every velocity that may stop within one tick.
+            Posture at the next tick, (nq,): q ⊕ v Δt, at order 2 q ⊕ (v Δt + ½ q̈ Δt²).
+        """
+        mean = self.velocity if self.motion is None else self.velocity - 0.5 * self.dt * self.motion.last
+        return self.robot.integrate(q, mean, self.dt)
+
+    def brakes(self) -> Array:
+        """Return the answer that brakes as hard as the limits on acceleration allow.
+
+        Returns:
+            Velocity (nv,) [rad/s, m/s], 0 for every one that may stop within one tick; at order 2 the
+            acceleration that leads to it [rad/s², m/s²].
         """
         slowest = np.zeros(self.robot.nv)
         for limit in self.rate_limits:
             v = limit.brakes()
             slowest = np.where(np.abs(v) > np.abs(slowest), v, slowest)
-        return slowest
+        return slowest if self.motion is None else (slowest - self.velocity) / self.dt
 
     def at(self, q: Array, t: float) -> Hierarchy:
         """Fill the hierarchy.
@@ -283,7 +329,7 @@ class Plan:
             self._anchor(q, t)
         if self.altered:
             self.take_changes(t)
-        self.configuration.update(q)
+        self._place(q)
         for aim in self._moving:
             aim(t)
         for fill, rows in self._fills:
@@ -321,6 +367,8 @@ class Plan:
                 )
         for part in (*self.limits, *self.tasks):
             part.retime(dt)
+        if self.motion is not None:
+            self.motion.retime(dt)
         self.dt = dt
         self._write_base_box()
 
@@ -352,46 +400,8 @@ class Plan:
     def _apply_gates(self, t: float) -> None:
         """Open the bounds of rows that are not fully on; forget gates with nothing to do."""
         for gate in self._open_gates:
-            gate.apply(t, self.velocity)
+            gate.apply(t, self.velocity if self.motion is None else self.motion.last)
         self._open_gates = tuple(gate for gate in self._open_gates if not gate.is_idle(t))
-
-    def _gated(self, blocks: Mapping[str, Block]) -> dict[str, Gate]:
-        """Return a gate for each task, and let the weights of tasks be those in the hierarchy.
-
-        Args:
-            blocks: Rows of the tasks, by name.
-        """
-        gates = {}
-        for task in self.tasks:
-            if not isinstance(task, BoundLevelDamping):
-                rows = _rows(self.hierarchy, blocks[task.name])
-                task.weight = rows.weight
-                gates[task.name] = Gate(rows, constant=task.constant)
-        return gates
-
-    def _parameters(self, levels: Sequence[Sequence[BoundTask]]) -> dict[str, Parameter]:
-        """Return all parameters by address."""
-        found: dict[str, Parameter] = {}
-        for task in self.tasks:
-            found |= {f"{task.name}.{attribute}": p for attribute, p in task.adjustable().items()}
-            if gate := self._gates.get(task.name):
-                address = f"{task.name}.enabled"
-                found[f"{task.name}.weight"] = Weight(task, gate)
-                found[f"{task.name}.axes"] = Axes(task, gate)
-                found[address] = Enabled(address, [gate])
-        for k, level in enumerate(levels, 1):
-            address = f"level {k}.enabled"
-            if address in found:
-                raise InvalidValue(f"'level {k}' is the name of a whole level; give the task another name")
-            gates = [self._gates[t.name] for t in level if t.name in self._gates]
-            found[address] = LevelEnabled(address, gates)
-        for name, limit in zip(numbered(limit.name for limit in self.limits), self.limits, strict=True):
-            for attribute, p in limit.adjustable().items():
-                address = f"{name}.{attribute}"
-                if address in found:
-                    raise InvalidValue(f"'{name}' is the name of a task and of a limit; rename one of them")
-                found[address] = Followed(p, self._write_base_box) if limit.constant else p
-        return found
 
     def _write_base_box(self) -> None:
         """Write the box with which ticks begin, the bounds that do not depend on the posture, and Δt."""
@@ -408,7 +418,7 @@ class Plan:
         hierarchy = Hierarchy.view(layout, np.zeros(layout.size), norm)
         parts = tuple(zip([*hard, *self.tasks], layout.blocks, strict=True))
         for part, block in parts:
-            rows = _rows(hierarchy, block)
+            rows = rows_of_block(hierarchy, block)
             rows.weight[:] = part.weight if isinstance(part, BoundTask) else 1.0
             part.prepare(rows)
         starts = accumulate((len(limit.owners) for limit in boxes), initial=1)
@@ -422,12 +432,17 @@ class Plan:
             self.configuration,
             hierarchy,
             self.groups,
+            NO_MOTION if self.motion is None else self.motion.memory,
         )
         self.fill, self.tick, self.hierarchy = compiled
+        if self.motion is not None:
+            self.velocity = self.motion.use(motion_of(self.tick))
         self._write_base_box()
         self._bounds = box_of(self.hierarchy.buffer, n)
-        in_python = [(part, block) for part, block in parts if part.kernel is None and not part.constant]
-        self._fills = [(part.fill, _rows(self.hierarchy, block)) for part, block in in_python]
+        once = self.motion is None  # at order 2 the rows of constant parts change with the velocity
+        fill_of = _fill_of if self.motion is None else self.motion.lifted
+        in_python = [(p, block) for p, block in parts if p.kernel is None and not (once and p.constant)]
+        self._fills = [(fill_of(part), rows_of_block(self.hierarchy, block)) for part, block in in_python]
         self._narrows = [
             (limit.narrow, owner) for limit, owner in owned if limit.kernel is None and not limit.constant
         ]
@@ -458,7 +473,7 @@ class Plan:
             if task.desired is not None:
                 checked_pose(f"target of '{task.name}' at t = {t:.6g} s", task.desired)
         for block in self.layout.blocks:
-            rows = _rows(self.hierarchy, block)
+            rows = rows_of_block(self.hierarchy, block)
             empty = not ((rows.lower < np.inf) & (rows.upper > -np.inf)).all()
             if not np.isfinite(rows.A).all() or empty:
                 raise InvalidValue(
@@ -468,6 +483,11 @@ class Plan:
         raise InvalidValue(
             f"the limits are not finite at t = {t:.6g} s; look at {', '.join(self.layout.owners[1:])}"
         )
+
+
+def _fill_of(part: RowPart) -> Filler:
+    """Return the function with which a part fills its rows in Python."""
+    return part.fill
 
 
 def _copied(
@@ -502,9 +522,3 @@ def _copied(
         plan.configuration.update(q)
         plan.moved(v)
     return plan
-
-
-def _rows(hierarchy: Hierarchy, block: Block) -> LevelRows:
-    """Return the rows of one block as views."""
-    parts = hierarchy.A, hierarchy.lower, hierarchy.upper, hierarchy.weight, hierarchy.label
-    return LevelRows(*(array[block.rows] for array in parts))

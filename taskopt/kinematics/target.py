@@ -9,7 +9,8 @@ which the value is held; one more tick with a rate would leave a permanent error
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from inspect import signature
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -22,11 +23,16 @@ Course = Callable[[float, Array, Array], bool]
 """`course(t, value, rate)` writes the desired value and its rate at the time t [s] into the two arrays.
 
 The caller keeps both arrays between calls. The course returns False where the rate is zero; it need not
-write the rate then.
+write the rate then. For a stack of second order it takes a fourth array, by default None, into which it
+writes ẍ_d, which has the size of the rate; where it returns False, it need not write it.
 """
+
+FullCourse = Callable[[float, Array, Array, Array | None], bool]
+"""A `Course` that also takes the fourth array, see `with_acceleration`."""
 
 _FLOAT64 = np.dtype(np.float64)  # there is but one, and `is` is faster than ==
 _STEP = 2e-5  # [s] of the differences of `Function`: truncation and rounding are both near 1e-9
+_LONG_STEP = 2e-4  # [s] of the second differences of `Function`: truncation and rounding are both near 1e-7
 
 
 @runtime_checkable
@@ -71,7 +77,12 @@ class Hold:
         held = start.copy() if self.value is None else space.convert(self.value, start)
         written = False
 
-        def course(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (protocol)
+        def course(
+            t: float,  # noqa: ARG001 (protocol)
+            value: Array,
+            rate: Array,  # noqa: ARG001 (protocol)
+            acceleration: Array | None = None,  # noqa: ARG001 (protocol)
+        ) -> bool:
             nonlocal written
             if not written:
                 value[...] = held
@@ -81,23 +92,35 @@ class Hold:
         return course
 
 
-def _trapezoidal(u: float) -> tuple[float, float]:
-    """Return (s, ds/du): constant acceleration for a quarter of the time, cruise, and the mirror image."""
+def _trapezoidal(u: float) -> tuple[float, float, float]:
+    """Return (s, s', s''): constant acceleration for a quarter of the time, cruise, and the mirror image."""
     if u < 0.25:
-        return 8.0 / 3.0 * u * u, 16.0 / 3.0 * u
+        return 8.0 / 3.0 * u * u, 16.0 / 3.0 * u, 16.0 / 3.0
     if u <= 0.75:
-        return (4.0 * u - 0.5) / 3.0, 4.0 / 3.0
-    return 1.0 - 8.0 / 3.0 * (1.0 - u) ** 2, 16.0 / 3.0 * (1.0 - u)
+        return (4.0 * u - 0.5) / 3.0, 4.0 / 3.0, 0.0
+    return 1.0 - 8.0 / 3.0 * (1.0 - u) ** 2, 16.0 / 3.0 * (1.0 - u), -16.0 / 3.0
 
 
-TIMING: dict[str, Callable[[float], tuple[float, float]]] = {
-    "linear": lambda u: (u, 1.0),
-    "cubic": lambda u: (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u)),
-    "quintic": lambda u: (u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2),
-    "sinusoidal": lambda u: (0.5 - 0.5 * math.cos(math.pi * u), 0.5 * math.pi * math.sin(math.pi * u)),
+def _quintic(u: float) -> tuple[float, float, float]:
+    """Return (s, s', s'') of the polynomial of degree 5 that begins and ends without acceleration."""
+    left = u * (1.0 - u)
+    return u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * left**2, 60.0 * left * (1.0 - 2.0 * u)
+
+
+def _sinusoidal(u: float) -> tuple[float, float, float]:
+    """Return (s, s', s'') of half a turn of the cosine."""
+    cosine, sine = math.cos(math.pi * u), math.sin(math.pi * u)
+    return 0.5 - 0.5 * cosine, 0.5 * math.pi * sine, 0.5 * math.pi**2 * cosine
+
+
+TIMING: dict[str, Callable[[float], tuple[float, float, float]]] = {
+    "linear": lambda u: (u, 1.0, 0.0),
+    "cubic": lambda u: (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u), 6.0 - 12.0 * u),
+    "quintic": _quintic,
+    "sinusoidal": _sinusoidal,
     "trapezoidal": _trapezoidal,
 }
-"""Timing laws by name: functions of u = t/duration in [0, 1] that return s in [0, 1] and ds/du."""
+"""Timing laws by name: functions of u = t/duration in [0, 1] that return s in [0, 1], ds/du and d²s/du²."""
 
 
 def _check_timing(timing: str) -> None:
@@ -150,13 +173,15 @@ class Line:
             delta = space.convert_rate(self.by)
         law, begin, duration, start = TIMING[self.timing], t, self.duration, start.copy()
 
-        def course(t: float, value: Array, rate: Array) -> bool:
+        def course(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:
             if not 0.0 <= t - begin <= duration - AT_THE_END:
                 space.move(start, delta if t > begin else 0.0 * delta, value)
                 return False
-            s, speed = law((t - begin) / duration)
+            s, speed, change = law((t - begin) / duration)
             space.move(start, s * delta, value)
             np.multiply(delta, speed / duration, out=rate)
+            if acceleration is not None:
+                np.multiply(delta, change / duration**2, out=acceleration)
             return True
 
         return course
@@ -213,18 +238,19 @@ class Circle:
         """
         if not isinstance(space, PoseSpace):
             raise InvalidValue("a circle is the path of a frame; for joints give a Line or a Function")
-        toward, along = unit("toward", self.toward).tolist(), unit("along", self.along).tolist()
+        along_centre, along_path = unit("toward", self.toward), unit("along", self.along)
+        toward, along = along_centre.tolist(), along_path.tolist()
         (x, y, z), r, mean = start[:3, 3].tolist(), float(self.radius), 2.0 * math.pi / self.period
         begin, pose = t, start.copy()
         end = math.inf if self.turns is None else self.turns * self.period
         law = None if self.timing == "linear" else TIMING[self.timing]
 
-        def course(t: float, value: Array, rate: Array) -> bool:
+        def course(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:
             moving = 0.0 <= t - begin <= end - AT_THE_END
-            passed, omega = min(max(t - begin, 0.0), end), mean
+            passed, omega, change = min(max(t - begin, 0.0), end), mean, 0.0
             if law is not None:
-                s, speed = law(passed / end)
-                passed, omega = s * end, mean * speed
+                s, speed, bend = law(passed / end)
+                passed, omega, change = s * end, mean * speed, mean * bend / end
             phase = mean * passed
             a, b = r * (1.0 - math.cos(phase)), r * math.sin(phase)
             value[...] = pose
@@ -237,6 +263,10 @@ class Circle:
                 rate[1] = da * toward[1] + db * along[1]
                 rate[2] = da * toward[2] + db * along[2]
                 rate[3] = rate[4] = rate[5] = 0.0
+                if acceleration is not None:
+                    acceleration[:3] = (change * b + omega**2 * (r - a)) * along_centre
+                    acceleration[:3] += (change * (r - a) - omega**2 * b) * along_path
+                    acceleration[3:] = 0.0
             return moving
 
         return course
@@ -248,13 +278,17 @@ class Function:
 
     Without `derivative` the rate is computed from three values at t, t + 20 µs and t + 40 µs, to second
     order, with errors of about 1e-9 for smooth functions of size one. The differences look forward only, so
-    that the rate of a function that becomes constant is zero from the first constant tick on.
+    that the rate of a function that becomes constant is zero from the first constant tick on. In a stack of
+    second order, ẍ_d without `second_derivative` is computed in the same way from three values of
+    `derivative`, or with errors of about 1e-7 from four values within 0.6 ms if there is none.
 
     Attributes:
         value: Function of t [s] that returns a pose (4, 4), position (3,) [m] or rotation (3, 3) in the
             world, or a posture (nq,) [rad, m].
         derivative: Function of t [s] that returns the rate: (6,) or (3,) along the axes of the world [m/s,
             rad/s], or joint velocities (nv,) [rad/s, m/s]. None: by differences.
+        second_derivative: Function of t [s] that returns the rate of that rate [m/s², rad/s²]. None: by
+            differences. Only a stack of second order calls it.
 
     Raises:
         InvalidValue: One of them is not callable.
@@ -262,31 +296,37 @@ class Function:
 
     value: Callable[[float], Value]
     derivative: Callable[[float], Value] | None = None
+    second_derivative: Callable[[float], Value] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.value):
             raise InvalidValue(f"value must be a function of time, got {self.value!r}")
-        if self.derivative is not None and not callable(self.derivative):
-            raise InvalidValue(f"derivative must be a function of time, got {self.derivative!r}")
+        for name in ("derivative", "second_derivative"):
+            function = getattr(self, name)
+            if function is not None and not callable(function):
+                raise InvalidValue(f"{name} must be a function of time, got {function!r}")
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Function":
         return self  # frozen; a copy of a function is the function itself
 
-    def __reduce__(self) -> tuple[type["Function"], tuple[object, object]]:
-        for name in (getattr(part, "__qualname__", "") for part in (self.value, self.derivative)):
+    def __reduce__(self) -> tuple[type["Function"], tuple[object, object, object]]:
+        parts = self.value, self.derivative, self.second_derivative
+        for name in (getattr(part, "__qualname__", "") for part in parts):
             if "<" in name:
                 raise InvalidValue(
                     f"a target whose function is {name} cannot be pickled; define the function at the top "
                     "level of a module"
                 )
-        return Function, (self.value, self.derivative)
+        return Function, parts
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (time is the run's)
         """Begin the course at the time t [s], see `Target.start`."""
         derivative, start = self.derivative, start.copy()
 
-        def course(t: float, value: Array, rate: Array) -> bool:
+        def course(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:
             space.take(self.value(t), start, value)
+            if acceleration is not None:
+                acceleration[:] = self._acceleration(space, t, value, start)
             if derivative is not None:
                 space.take_rate(derivative(t), rate)
                 return True
@@ -298,6 +338,18 @@ class Function:
             return True
 
         return course
+
+    def _acceleration(self, space: Space, t: float, value: Array, start: Array) -> Array:
+        """Return ẍ_d at the time t [s], (tangent,), given or by differences that look forward."""
+        if self.second_derivative is not None:
+            return space.convert_rate(self.second_derivative(t))
+        if self.derivative is not None:
+            now, one, two = (space.convert_rate(self.derivative(t + i * _STEP)) for i in range(3))
+            return (4.0 * one - 3.0 * now - two) / (2.0 * _STEP)
+        one, two, three = (
+            space.difference(value, space.convert(self.value(t + i * _LONG_STEP), start)) for i in (1, 2, 3)
+        )
+        return (4.0 * two - 5.0 * one - three) / _LONG_STEP**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +373,7 @@ class WithoutRate:
         """
         inner = as_target(self.target).start(space, start, t)
 
-        def course(t: float, value: Array, rate: Array) -> bool:
+        def course(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:  # noqa: ARG001
             inner(t, value, rate)
             return False
 
@@ -346,49 +398,84 @@ class Latest:
         Raises:
             InvalidValue: The value is not numeric.
         """
-        self._now: tuple[Array | None, Array | None] = (None, None)
+        self._now: tuple[tuple[Array | None, Array | None], Array | None] = ((None, None), None)
         if value is not None:
             self.set(value)
 
-    def set(self, value: Value, velocity: ArrayLike | None = None) -> None:
+    def set(
+        self, value: Value, velocity: ArrayLike | None = None, acceleration: ArrayLike | None = None
+    ) -> None:
         """Set a new value; the task checks at the next tick that it fits.
 
         Args:
             value: A pose, position [m] or rotation in the world, or a posture [rad, m].
             velocity: Rate of the value: (6,) or (3,) along the axes of the world [m/s, rad/s], or joint
                 velocities (nv,) [rad/s, m/s]. None: no feedforward.
+            acceleration: Rate of that rate, which a stack of second order feeds forward [m/s², rad/s²]. None:
+                zero.
 
         Raises:
-            InvalidValue: One of them is not numeric.
+            InvalidValue: One of them is not numeric, or an acceleration is given without a velocity.
         """
+        if acceleration is not None and velocity is None:
+            raise InvalidValue("a target with an acceleration needs its velocity, too")
         rate = None if velocity is None else _numbers("velocity", velocity)
-        self._now = (_numbers("value", value), rate)
+        change = None if acceleration is None else _numbers("acceleration", acceleration)
+        self._now = (_numbers("value", value), rate), change
 
     @property
     def now(self) -> tuple[Array | None, Array | None]:
         """Value and velocity that were set last, in a new tuple for each `set`; (None, None) before it."""
-        return self._now
+        return self._now[0]
 
     def start(self, space: Space, start: Array, t: float) -> Course:  # noqa: ARG002 (it has no time)
         """Begin the course at the time t [s], see `Target.start`."""
-        seen: tuple[Array | None, Array | None] | None = None
+        seen: tuple[tuple[Array | None, Array | None], Array | None] | None = None
         written: Array | None = None  # the array that has the rate
         start = start.copy()
 
-        def course(t: float, value: Array, rate: Array) -> bool:  # noqa: ARG001 (it has no time)
+        def course(t: float, value: Array, rate: Array, acceleration: Array | None = None) -> bool:  # noqa: ARG001
             nonlocal seen, written
             now = self._now
+            (latest, velocity), change = now
             if now is not seen or rate is not written:
-                if now[0] is None:
+                if latest is None:
                     value[...] = start
                 else:
-                    space.take(now[0], start, value)
-                if now[1] is not None:
-                    space.take_rate(now[1], rate)
+                    space.take(latest, start, value)
+                if velocity is not None:
+                    space.take_rate(velocity, rate)
+                if acceleration is not None:
+                    acceleration[:] = 0.0
+                    if change is not None:
+                        space.take_rate(change, acceleration)
                 seen, written = now, rate
-            return now[1] is not None
+            return velocity is not None
 
         return course
+
+
+def with_acceleration(course: Course, name: str) -> FullCourse:
+    """Check that a course can write ẍ_d, as a stack of second order needs it.
+
+    Args:
+        course: The course.
+        name: Name of the task, for the message.
+
+    Returns:
+        The same course.
+
+    Raises:
+        InvalidValue: It takes three arguments only.
+    """
+    try:
+        signature(course).bind(0.0, None, None, None)
+    except TypeError:
+        raise InvalidValue(
+            f"the target of '{name}' gives no acceleration, which a stack of order 2 needs: its course must "
+            "take a fourth argument, acceleration=None, and write ẍ_d into it where it is an array"
+        ) from None
+    return cast("FullCourse", course)
 
 
 def as_target(value: Target | Value | None) -> Target:

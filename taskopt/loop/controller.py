@@ -105,7 +105,7 @@ class Controller:
         return f"<Controller of {self._robot.name}, {self.resolver.name}, dt {self.plan.dt:g} s; {parts}>"
 
     def start(self, q: ArrayLike, t: float = 0.0) -> None:
-        """Start all targets from a posture, forget the last step, and compile everything.
+        """Start all targets from a posture, with the robot at rest, forget the last step, compile everything.
 
         Calling this is optional: the first `step` starts the targets, too.
 
@@ -117,6 +117,16 @@ class Controller:
             InvalidValue: q has the wrong size, or it or a target is not finite.
         """
         self._loop.start(q, t)
+
+    def after(self) -> tuple[Array, Array]:
+        """Return posture and velocity at the next tick, if the robot follows the answer of the last step.
+
+        A stack of order 2 is integrated in this way: v⁺ = v + q̈ Δt, and q⁺ = q ⊕ (v Δt + ½ q̈ Δt²).
+
+        Returns:
+            q⁺ (nq,) [rad, m] and v⁺ (nv,) [rad/s, m/s]; at order 1 q⁺ = q ⊕ v Δt (3.48), and v⁺ = v.
+        """
+        return self.plan.next_posture(self.plan.configuration.q), self.plan.velocity.copy()
 
     @property
     def damped_ticks(self) -> int:
@@ -166,12 +176,13 @@ class Controller:
         Args:
             q: Posture of the robot, (nq,) [rad, m].
             t: Time [s].
-            v: Actual velocity of the robot, (nv,) [rad/s, m/s], from which limits on acceleration start.
-                None: the velocity commanded last.
+            v: Actual velocity of the robot, (nv,) [rad/s, m/s], from which limits on acceleration start, and
+                at order 2 the motion itself. None: the velocity commanded last; see `after`.
             dt: Time until the next step [s], for this and all later steps; None: as before.
 
         Returns:
-            The resolution; `resolution.v`, (nv,) [rad/s, m/s], is the velocity to command.
+            The resolution; `resolution.v`, (nv,) [rad/s, m/s], is the velocity to command. At order 2 it is
+            `resolution.a`, (nv,) [rad/s², m/s²], the acceleration to command.
 
         Raises:
             InvalidValue: q or v has the wrong size; q, v, t or a target is not finite; q is a mapping;

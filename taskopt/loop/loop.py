@@ -63,7 +63,7 @@ class Loop:
     ) -> None:
         self.plan, self.resolver = plan, resolver
         self._policy: ConflictPolicy = policy
-        self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks)
+        self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks or plan.motion)
         self._memory: Memory | None = None
         self._nanoseconds = 0, 0
         self.rest = Rest(plan, resolver) if plan.stack.damping is not None and resolver.strict else None
@@ -117,7 +117,7 @@ class Loop:
         if resolution.status is not _SOLVED or not self._solved_keeps_limits:
             resolution = self._checked(resolution, t)
         if self._tells_velocity:
-            self.plan.moved(resolution.x)
+            self.plan.answered(resolution.x)
         else:
             self.plan.velocity = resolution.x
         return resolution

@@ -2,6 +2,11 @@
 
     v_k resolves the hierarchy of (q_k, t_k),    q_(k+1) = q_k ⊕ v_k Δt    (3.48)
 
+or, with a stack of order 2,
+
+    q̈_k resolves the hierarchy of (q_k, v_k, t_k),    v_(k+1) = v_k + q̈_k Δt,
+                                                      q_(k+1) = q_k ⊕ (v_k Δt + ½ q̈_k Δt²).
+
 Error, feedforward and Euler step have the same time index k. The measured time of a resolver is that of the
 resolver alone, without kinematics, without the copies that a step keeps, and without the closed-form answer.
 """
@@ -35,8 +40,8 @@ class Step:
         index: Number of the tick, from 0.
         t: Time [s].
         q: Posture at which the hierarchy was built, (nq,) [rad, m].
-        q_next: Posture after the Euler step, (nq,) [rad, m].
-        v: Velocity that was sent, (nv,) [rad/s, m/s].
+        q_next: Posture at the next tick, (nq,) [rad, m].
+        v: Velocity that was sent, (nv,) [rad/s, m/s]; at order 2 that at the next tick.
         hierarchy: The problem of the tick.
         resolution: Its answer, or the answer of the conflict policy instead.
         seconds: Time in the resolver [s].
@@ -44,8 +49,8 @@ class Step:
         errors: e = x_d − x of each task by name, unweighted, one number for each row [m, rad].
         desired: Desired pose of each task that has one, by name, (4, 4) in the world [m].
         actual: Actual pose of the same tasks, by name, (4, 4) in the world [m].
-        closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s], which does not consider
-            limits.
+        closed_form: The closed-form answer to the same problem, (nv,) [rad/s, m/s], at order 2 [rad/s²,
+            m/s²], which does not consider limits.
         distances: Measured distances at q, by name of the limit on them.
         moving: Pose of each obstacle that moves, by name, (4, 4) in the world [m].
     """
@@ -70,8 +75,13 @@ class Step:
 
     @cached_property
     def closed_form_distance(self) -> float:
-        """Largest difference to the closed-form answer, ‖v − closed_form‖∞ [rad/s, m/s]."""
-        return float(np.abs(self.v - self.closed_form).max())
+        """Largest difference to the closed-form answer, ‖x − closed_form‖∞, in the unit of x."""
+        return float(np.abs(self.x - self.closed_form).max())
+
+    @property
+    def x(self) -> Array:
+        """The answer: the velocity v (nv,) [rad/s, m/s], at order 2 the acceleration [rad/s², m/s²]."""
+        return self.resolution.x
 
     @cached_property
     def nothing_binds(self) -> bool:
@@ -85,9 +95,7 @@ class Step:
 
 
 def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int = JUDGED) -> Iterator[Step]:
-    """Resolve a scenario tick by tick, by Euler steps on the manifold of the robot (3.48).
-
-    v_k resolves the hierarchy of (q_k, t_k), and q_(k+1) = q_k ⊕ v_k Δt.
+    """Resolve a scenario tick by tick, by steps on the manifold of the robot, see `taskopt.loop.run`.
 
     Args:
         scenario: Robot, start, stack, duration and period.
@@ -120,8 +128,8 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int
 def _step(
     scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array, *, judged: bool
 ) -> Step:
-    """Copy the results of a tick, and take the Euler step."""
-    plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), resolution.v.copy()
+    """Copy the results of a tick, and take the step."""
+    plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), loop.plan.velocity.copy()
     poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
     return Step(
@@ -129,7 +137,7 @@ def _step(
         index=index,
         t=index * scenario.dt,
         q=q,
-        q_next=scenario.robot.integrate(q, v, scenario.dt),
+        q_next=plan.next_posture(q),
         v=v,
         hierarchy=hierarchy,
         resolution=resolution,

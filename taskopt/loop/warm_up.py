@@ -104,6 +104,9 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     yield arm, Stack([[RelativeFrameTask("tip", root="link1", axes="xy")], seen, [JointTask()]], limits=near)
     # More pairs than rows call the broad phase; the margin is so large that some pairs are near and measured.
     yield arm, Stack([tip], limits=[SelfCollisionLimit(margin=0.35, influence=0.5, rows=1)])
+    # At second order the limits have rows, so that the robot half a step ahead is filled, too.
+    ahead: list[Limit] = [JointAccelerationLimit(50.0), FrameDistanceLimit("tip", "link1", lower=0.1)]
+    yield arm, Stack([[FrameTask("tip", target=turn)], [JointTask()]], limits=ahead, order=2)
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
     gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
     yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from taskopt.errors import InvalidValue
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.scenario import Scenario
 
@@ -17,12 +18,22 @@ class RunInfo:
         resolvers: The names of the resolvers, in the order in which they take their turns.
         source: The Python file that the scenario was loaded from; None if it was made in code.
         seed: The seed of the run's random numbers; None if it uses none.
+
+    Raises:
+        InvalidValue: The stack is of order 2, for which logs, pictures and summaries have no form yet.
     """
 
     scenario: Scenario
     resolvers: tuple[str, ...]
     source: Path | None = None
     seed: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.scenario.stack.order == 2:
+            raise InvalidValue(
+                "a run of order 2 cannot be recorded, summarised or compared yet; iterate over "
+                "taskopt.run(scenario), or step a taskopt.Controller"
+            )
 
     @cached_property
     def plan(self) -> Plan:

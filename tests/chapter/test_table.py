@@ -17,7 +17,6 @@ PAGE = ROOT / "docs" / "chapter.md"
 LAST = {"equation": 128, "figure": 27, "example": 6, "problem": 23}
 KINDS = {"(": "equation", "Fig. ": "figure", "Example ": "example", "Problem ": "problem"}
 NOT_BUILT = "not yet built"
-UNBUILT = {("equation", f"3.{n}") for n in range(99, 105)} | {("figure", "3.14")}
 CONCEPTUAL = {f"3.{n}" for n in (1, 2, 7, 11, 12, 14, 21, 22)}
 
 
@@ -97,7 +96,7 @@ def carries_its_mark(entry: Entry) -> bool:
 def test_no_number_is_missing() -> None:
     """Each of 128 equations, 27 figures, 6 examples and 23 problems has one row."""
     assert faults_of_numbers(TABLE) == []
-    assert {(entry.kind, entry.number) for entry in TABLE if entry.code == NOT_BUILT} == UNBUILT
+    assert {(entry.kind, entry.number) for entry in TABLE if entry.code == NOT_BUILT} == set()
 
 
 @pytest.mark.parametrize("entry", BUILT, ids=str)

@@ -93,10 +93,11 @@ def test_timing_laws_run_from_zero_to_one_and_never_back(timing):
     """s(0) = 0, s(1) = 1, ds/du ≥ 0, and symmetric: s(u) + s(1 − u) = 1."""
     law = TIMING[timing]
     u = np.linspace(0.0, 1.0, 101)
-    s, speed = np.array([law(float(x)) for x in u]).T
+    s, speed, change = np.array([law(float(x)) for x in u]).T
     assert s[0] == pytest.approx(0.0, abs=1e-15)
     assert s[-1] == pytest.approx(1.0)
     assert (speed >= 0.0).all()
+    np.testing.assert_allclose(change[1:-1], -change[-2:0:-1], atol=1e-12)
     np.testing.assert_allclose(s + s[::-1], 1.0, atol=1e-14)
 
 

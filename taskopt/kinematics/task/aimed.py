@@ -1,6 +1,7 @@
 """Tasks with a target, which may be replaced while the stack runs."""
 
 from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from taskopt.arrays import Array
 from taskopt.kinematics.parameter import Parameter
 from taskopt.kinematics.redirection import TargetParameter, go_on, recalled, still
 from taskopt.kinematics.space import Space
-from taskopt.kinematics.target import Course, Hold, Target
+from taskopt.kinematics.target import Course, FullCourse, Hold, Target, with_acceleration
 from taskopt.kinematics.task.base import BoundTask
 
 
@@ -26,6 +27,7 @@ class AimedTask(BoundTask):
     space: Space
     goal: Array
     _course: Course
+    _second_order = False
     _redirected: bool | None = None  # since the start: True by a target that moves, False by a value
 
     def take_target(self, target: Target, space: Space) -> None:
@@ -48,7 +50,19 @@ class AimedTask(BoundTask):
             InvalidValue: The target does not fit the task.
         """
         self._course = self.target.start(self.space, start, t)
+        if self._second_order:
+            with_acceleration(self._course, self.name)
         self._redirected = None
+
+    def accelerate(self) -> None:
+        """Ask the target for its acceleration, too; see `BoundTask.accelerate`.
+
+        Raises:
+            InvalidValue: The task has no rows of second order.
+        """
+        if self.lift_kernel is None:
+            super().accelerate()
+        self._second_order = True
 
     def recall(self) -> Array | None:
         """Return the value to which the target was set while the stack ran, or None; see `Part.recall`.
@@ -62,6 +76,21 @@ class AimedTask(BoundTask):
         """Restore the value to which the target was set; see `Part.remember`."""
         if isinstance(kept, np.ndarray):
             self.redirect(kept, 0.0)
+
+    def aimed(self, t: float, rate: Array, acceleration: Array) -> bool:
+        """Write the desired value, its rate, and at second order its acceleration.
+
+        Args:
+            t: Time [s].
+            rate: Receives the rate.
+            acceleration: Receives the acceleration in a stack of second order.
+
+        Returns:
+            False where the target stands still; neither is then written.
+        """
+        if self._second_order:
+            return cast("FullCourse", self._course)(t, self.goal, rate, acceleration)
+        return self._course(t, self.goal, rate)
 
     def redirect(self, target: Target | Array, t: float) -> None:
         """Replace the target at the beginning of a tick.
@@ -81,7 +110,10 @@ class AimedTask(BoundTask):
                 return
             self._course = still
         else:
-            self._course = go_on(target, self._course, self.space, self.goal, t)
+            course = go_on(target, self._course, self.space, self.goal, t)
+            if self._second_order:
+                with_acceleration(course, self.name)
+            self._course = course
             self.fixed_target = isinstance(target, Hold)
             self._redirected = not self.fixed_target
         self.aim(t)

@@ -45,7 +45,9 @@ class BoundTask(RowPart):
         frame: Name of the frame that the task moves, where it has desired and actual poses, else None.
         desired: Pose (4, 4) that the frame should have, as of the last `fill`, or None.
         actual: Pose (4, 4) that the frame has, as of the last `fill`, or None.
-        dt: Time [s] from one tick to the next, as the plan says; a gain must stay below 2/Δt.
+        dt: Time [s] from one tick to the next, as the plan says, which bounds gains, see `most_gain`.
+        rate_gain: K_D of each row [1/s] in a stack of second order, (m,); −1 stands for critical damping,
+            2 K.
         box: Sides (2, 3) [m] of a box in the world to be drawn: lower, upper; or None.
         pair: Number of rows of each of two parts, such as position and orientation, for which two weights may
             be given; () for a task without parts.
@@ -57,6 +59,7 @@ class BoundTask(RowPart):
     desired: Array | None = None
     actual: Array | None = None
     dt: float = 0.0
+    rate_gain: ArrayLike = -1.0
     box: Array | None = None
     cone: Cone | None = None
     pair: tuple[int, ...] = ()
@@ -112,18 +115,54 @@ class BoundTask(RowPart):
         Raises:
             InvalidValue: A gain is negative, not finite or too large for Δt, or the number of gains is wrong.
         """
-        most = 2.0 / self.dt if self.dt > 0.0 else np.inf
+        most = self.most_gain()
         if gain.__class__ is float and 0.0 <= cast("float", gain) < most:  # ten times as fast
             return cast("float", gain)
         if _is_quick(gain, len(self.row_names), most):
             return cast("Array", gain).copy()
         each = _each(f"gain of '{self.name}'", gain, len(self.row_names), ())
-        if each.max() * self.dt >= 2.0:
+        if each.max() >= most:
             raise InvalidValue(
-                f"gain {each.max():g} 1/s of '{self.name}' is too large for dt = {self.dt:g} s: with "
-                "gain · dt ≥ 2 each step lands farther from the target; 1/dt reaches it in one"
+                f"gain {each.max():g} 1/s of '{self.name}' is too large for dt = {self.dt:g} s: {self._why()}"
             )
         return each
+
+    def most_gain(self) -> float:
+        """Return the number below which a gain must stay [1/s].
+
+        At first order this is 2/Δt. At second order the steps q⁺ = q + v h + ½ q̈ h² follow a stable discrete
+        form of (3.103) where K_D h < 2 and K_P h < 2 K_D. There K_D h < 1 is asked for, as 2 K h < 1 for
+        critical damping, and K² h < 2 K_D where K_D is given.
+        """
+        if self.dt <= 0.0:
+            return np.inf
+        if self.lift_kernel is None:
+            return 2.0 / self.dt
+        least = float(np.min(self.rate_gain))
+        return 0.5 / self.dt if least < 0.0 else float(np.sqrt(2.0 * least / self.dt))
+
+    def _why(self) -> str:
+        """Return why a gain is too large, in words."""
+        if self.lift_kernel is None:
+            return "with gain · dt ≥ 2 each step lands farther from the target; 1/dt reaches it in one"
+        if np.min(self.rate_gain) < 0.0:
+            return (
+                f"it must be < {self.most_gain():g}, so that K_D · dt < 1 at second order, where K_D = 2 gain"
+            )
+        return f"it must be < {self.most_gain():g}, so that gain² · dt < 2 rate_gain; else the error grows"
+
+    def accelerate(self) -> None:
+        """Prepare the task for a stack of second order; the plan calls this once, before `use`.
+
+        A task that can be had at second order sets `lift_kernel`, or defines `lift`.
+
+        Raises:
+            InvalidValue: The task has no rows of second order.
+        """
+        raise InvalidValue(
+            f"'{self.name}' ({type(self).__name__}) cannot stand in a stack of order 2 yet: its J̇ v is not "
+            "known; take it out, or use order=1"
+        )
 
     def rows_of_axes(self, axes: Setting) -> BoolArray:
         """Convert a choice of axes that was set at run time to one truth value for each row in the plan.
@@ -220,6 +259,46 @@ def task_rate(feedforward, gain, error):
     return feedforward + gain * error
 
 
+@kernel
+def task_acceleration(feedforward, gain, rate_gain, error, error_rate):
+    """Return the right-hand side of a row of second order, b = feedforward + K_D ė + K_P e, K_P = K².
+
+    Where A q̈ = b, the error dies out as ë + K_D ė + K_P e = 0. With K_D = 2 K it is critically damped, and
+    both of its poles are −K.
+
+    Args:
+        feedforward: ẍ_d − J̇ v, in the unit of the error per second squared.
+        gain: K [1/s].
+        rate_gain: K_D [1/s]; a negative number stands for 2 K.
+        error: e, target minus actual value.
+        error_rate: ė.
+
+    Returns:
+        b, in the unit of the error per second squared.
+
+    Source:
+        Equations (3.102) and (3.103).
+    """
+    damping = 2.0 * gain if rate_gain < 0.0 else rate_gain
+    return feedforward + damping * error_rate + gain * gain * error
+
+
+def rate_gains(rate_gain: ArrayLike | None, count: int) -> Array:
+    """Return K_D for each row.
+
+    Args:
+        rate_gain: K_D [1/s], one number, or `count` numbers; None for critical damping.
+        count: Number of rows.
+
+    Returns:
+        K_D of each row, (count,); −1 stands for critical damping.
+
+    Raises:
+        InvalidValue: A number is negative or not finite, or the number of gains is wrong.
+    """
+    return np.full(count, -1.0) if rate_gain is None else _each("rate_gain", rate_gain, count, ())
+
+
 def gains(gain: ArrayLike, count: int) -> Array:
     """Return a gain for each row.
 
@@ -268,6 +347,18 @@ def _each(name: str, value: ArrayLike, count: int, pair: tuple[int, ...]) -> Arr
     if (out < 0.0).any():
         raise InvalidValue(f"{name} must be ≥ 0, got {out.min():g}")
     return out
+
+
+def acceleration_units(units: Iterable[str]) -> tuple[str, ...]:
+    """Convert units of velocities to units of accelerations.
+
+    Args:
+        units: Units such as "rad/s"; others, such as "" of a plain number, stay.
+
+    Returns:
+        Their units per second, such as "rad/s²".
+    """
+    return tuple(f"{unit}²" if unit.endswith("/s") else unit for unit in units)
 
 
 def rate_units(units: Iterable[str]) -> tuple[str, ...]:

@@ -15,7 +15,8 @@ from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, cho
 from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task import frame_kernel as k
 from taskopt.kinematics.task.aimed import AimedTask
-from taskopt.kinematics.task.base import Task, gains, weights
+from taskopt.kinematics.task.base import Task, gains, rate_gains, weights
+from taskopt.kinematics.task.frame_lift import frame_lift
 
 Expressed = Literal["own", "world"]
 _LETTERS = "xyzrpy"
@@ -29,6 +30,7 @@ class _OfFrame(Task):
     target: Target | Value = field(default_factory=Hold, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
+    rate_gain: ArrayLike | None = field(default=None, kw_only=True)
     name: str | None = field(default=None, kw_only=True)
 
     _ROWS: ClassVar[str]
@@ -51,6 +53,7 @@ class _OfFrame(Task):
         rows = self._rows()
         gain = self._six(gains(self.gain, len(self._ROWS)))[rows]
         bound = BoundFrame(name, self.frame, rows, gain, self._weights()[rows])
+        bound.rate_gain = self._six(rate_gains(self.rate_gain, len(self._ROWS)))[rows]
         bound.attach(robot, as_target(self.target), mode)
         return bound
 
@@ -59,6 +62,7 @@ class _OfFrame(Task):
         if self.expressed not in ("own", "world"):
             raise InvalidValue(f"expressed must be 'own' or 'world', got {self.expressed!r}")
         gains(self.gain, len(self._ROWS))
+        rate_gains(self.rate_gain, len(self._ROWS))
         rows = chosen_rows(self.axes, self._ROWS, first=_LETTERS.index(self._ROWS))
         kept = rows[self._weights()[rows] > 0.0]
         if kept.size == 0:
@@ -101,6 +105,8 @@ class FrameTask(_OfFrame):
         axes: Rows that are taken, such as "xyz", or "xy y" for the position in a plane and the yaw, or six
             truth values.
         expressed: "own" or "world": the axes in which e is measured.
+        rate_gain: K_D [1/s] in a stack of order 2, given like `gain`; K_P is K². Default: 2 K, for critical
+            damping.
         name: Name in logs and plots. Default: the name of the frame.
 
     Raises:
@@ -139,6 +145,8 @@ class PositionTask(_OfFrame):
             over others of the same level.
         axes: Rows that are taken, such as "xy", or three truth values.
         expressed: "world" or "own": the axes in which e is measured.
+        rate_gain: K_D [1/s] in a stack of order 2, given like `gain`; K_P is K². Default: 2 K, for critical
+            damping.
         name: Name in logs and plots. Default: the name of the frame and "position".
 
     Raises:
@@ -176,6 +184,8 @@ class OrientationTask(_OfFrame):
             win over others of the same level.
         axes: Rows that are taken, letters of "rpy", or three truth values.
         expressed: "own" or "world": the axes in which e is measured.
+        rate_gain: K_D [1/s] in a stack of order 2, given like `gain`; K_P is K². Default: 2 K, for critical
+            damping.
         name: Name in logs and plots. Default: the name of the frame and "orientation".
 
     Raises:
@@ -226,6 +236,12 @@ class BoundFrame(AimedTask):
         self.parameters = np.concatenate([head, self._rows, robot.support(self._frame)]).astype(np.int64)
         self.use(np.zeros(k.MEMORY_SHAPE).ravel())
         self._table[k.GAIN, self._rows] = self.gain
+        self._table[k.RATE_GAIN, self._rows] = self.rate_gain
+
+    def accelerate(self) -> None:
+        """Set the kernel of second order; see `BoundTask.accelerate`."""
+        self.lift_kernel = frame_lift
+        super().accelerate()
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
@@ -238,6 +254,7 @@ class BoundFrame(AimedTask):
             gain, self.gain = self.gain, self._table[k.GAIN, first : last + 1]
             self.gain[:] = gain
         self._twist, self._moving = self._table[k.TWIST], self._table[k.MOVING]  # kept: a view costs 0.2 µs
+        self._acceleration = self._table[k.ACCELERATION]
 
     def start(self, configuration: Configuration, t: float) -> None:
         """Start the target from the present pose of the frame; see `RowPart.start`."""
@@ -247,7 +264,7 @@ class BoundFrame(AimedTask):
 
     def aim(self, t: float) -> None:
         """Write the target pose at t [s], and its rate where it has one."""
-        self._moving[0] = self._course(t, self.goal, self._twist)
+        self._moving[0] = self.aimed(t, self._twist, self._acceleration)
 
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return gain and target; see `Part.adjustable`."""

@@ -31,8 +31,9 @@ OWN, WORLD, POSITION = 0, 1, 2
 PLACEMENT, ACTUAL, TARGET = 0, 4, 8  # (4, 4): frame in its joint, frame and its target in the world
 TWIST, GAIN, ERROR = 12, 13, 14  # (6,); ERROR has the rows chosen, in front
 MOVING = 15  # (1): 1.0 where the twist is to be read, else the target stands still
-_FULL_ERROR, _X, _JLOG, _M = 16, 17, 21, 27
-MEMORY_SHAPE = (33, 6)
+FULL_ERROR, X, JLOG, M_ROWS = 16, 17, 21, 27
+ACCELERATION, RATE_GAIN = 33, 34  # (6,), read at second order only
+MEMORY_SHAPE = (35, 6)
 
 
 @kernel_apart
@@ -53,8 +54,8 @@ def frame_rows(parameters, memory, state, rows):
     T = memory[ACTUAL : ACTUAL + 4, :4]
     placement = memory[PLACEMENT : PLACEMENT + 4, :4]
     frame_pose_into(joint[:9].reshape((3, 3)).T, joint[9:], placement, T)
-    error = memory[_FULL_ERROR]
-    M = memory[_M : _M + 6]
+    error = memory[FULL_ERROR]
+    M = memory[M_ROWS : M_ROWS + 6]
     if mode == OWN:
         _own(T, memory, error, M)
     elif mode == WORLD:
@@ -62,7 +63,7 @@ def frame_rows(parameters, memory, state, rows):
     else:
         _position(T, memory, error, M)
     moving = memory[MOVING, 0] != 0.0
-    twist = _acting(mode, T, memory) if moving else (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    twist = acting_twist(mode, T, memory) if moving else (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     px, py, pz = T[0, 3], T[1, 3], T[2, 3]
     for r in range(m):
         i = indices[3 + r]
@@ -83,10 +84,10 @@ def frame_rows(parameters, memory, state, rows):
 @kernel
 def _own(T, memory, error, M):
     """Write error (6,) and matrix M (6, 6) of the mode OWN, for the pose T (4, 4)."""
-    X = memory[_X : _X + 4, :4]
-    jlog = memory[_JLOG : _JLOG + 6]
-    relative_into(memory[TARGET : TARGET + 4, :4], T, X)
-    log6_jlog6_into(X, error, jlog)
+    relative = memory[X : X + 4, :4]
+    jlog = memory[JLOG : JLOG + 6]
+    relative_into(memory[TARGET : TARGET + 4, :4], T, relative)
+    log6_jlog6_into(relative, error, jlog)
     for i in range(6):
         error[i] = -error[i]
         for k in range(3):
@@ -98,7 +99,7 @@ def _own(T, memory, error, M):
 def _world(T, memory, error, M):
     """Write error (6,) and matrix M (6, 6) of the mode WORLD, for the pose T (4, 4)."""
     Td = memory[TARGET : TARGET + 4, :4]
-    E = memory[_X : _X + 4, :4]
+    E = memory[X : X + 4, :4]
     for i in range(3):
         for j in range(3):
             E[i, j] = Td[i, 0] * T[j, 0] + Td[i, 1] * T[j, 1] + Td[i, 2] * T[j, 2]
@@ -128,8 +129,17 @@ def _position(T, memory, error, M):
 
 
 @kernel
-def _acting(mode, T, memory):
-    """Return the twist w_d of the target at the point where it acts on the error, as six numbers."""
+def acting_twist(mode, T, memory):
+    """Return the twist w_d of the target at the point where it acts on the error.
+
+    Args:
+        mode: OWN, WORLD or POSITION.
+        T: (4, 4) pose of the frame.
+        memory: Table of the task, see `frame_rows`.
+
+    Returns:
+        Six numbers, linear [m/s] and then angular [rad/s].
+    """
     vx, vy, vz = memory[TWIST, 0], memory[TWIST, 1], memory[TWIST, 2]
     wx, wy, wz = memory[TWIST, 3], memory[TWIST, 4], memory[TWIST, 5]
     if mode == OWN:
@@ -137,7 +147,7 @@ def _acting(mode, T, memory):
         dx, dy, dz = Td[0, 3] - T[0, 3], Td[1, 3] - T[1, 3], Td[2, 3] - T[2, 3]
         return vx + dy * wz - dz * wy, vy + dz * wx - dx * wz, vz + dx * wy - dy * wx, wx, wy, wz
     if mode == WORLD:
-        E = memory[_X : _X + 4, :4]
+        E = memory[X : X + 4, :4]
         return (
             vx,
             vy,

@@ -14,7 +14,15 @@ from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import CIRCLE, OTHER, SCALAR, PostureSpace, Value, coordinate_table
 from taskopt.kinematics.target import Hold, Target, as_target, check_target
 from taskopt.kinematics.task.aimed import AimedTask
-from taskopt.kinematics.task.base import Task, gains, rate_units, task_rate, weights
+from taskopt.kinematics.task.base import (
+    Task,
+    gains,
+    rate_gains,
+    rate_units,
+    task_acceleration,
+    task_rate,
+    weights,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +42,8 @@ class JointTask(Task):
             velocities; it must stay below 2/Δt.
         weight: Factor of ½ (A v − b)² within the level [s²/rad², s²/m²], one number or one for each row. More
             lets this task win over others of the same level; a row of weight 0 is left out.
+        rate_gain: K_D [1/s] in a stack of order 2, given like `gain`; K_P is K². Default: 2 K, for critical
+            damping.
         name: Name in logs and plots. Default: "posture", or "joints" if some are named.
 
     Raises:
@@ -47,11 +57,13 @@ class JointTask(Task):
     joints: Sequence[str] | None = field(default=None, kw_only=True)
     gain: ArrayLike = field(default=1.0, kw_only=True)
     weight: ArrayLike = field(default=1.0, kw_only=True)
+    rate_gain: ArrayLike | None = field(default=None, kw_only=True)
     name: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         check_distinct(self.joints)
         gains(self.gain, np.size(self.gain))
+        rate_gains(self.rate_gain, 1 if self.rate_gain is None else np.size(self.rate_gain))
         weights(self.weight, np.size(self.weight))
 
     def default_name(self) -> str:
@@ -75,6 +87,7 @@ class JointTask(Task):
         gain = gains(self.gain, columns.size)[kept]
         kind = BoundPosture if (coordinate_table(robot)[columns, 0] == OTHER).any() else BoundJoints
         bound = kind(robot, name, columns[kept], gain, weight[kept])
+        bound.rate_gain = rate_gains(self.rate_gain, columns.size)[kept]
         space = PostureSpace(f"target of '{name}'", robot, joints)
         check_target(self.target, space, robot.neutral)
         bound.attach(as_target(self.target), space)
@@ -127,8 +140,8 @@ class BoundJoints(AimedTask):
         m, nq, nv = columns.size, robot.nq, robot.nv
         places = np.column_stack([columns, coordinate_table(robot)[columns]])
         self.parameters = np.concatenate([[m, nq, nv], places.ravel()])
-        self._parts = np.cumsum([1, nq, nv, m])
-        self.use(np.zeros(1 + nq + nv + 2 * m))
+        self._parts = np.cumsum([1, nq, nv, m, m, nv])
+        self.use(np.zeros(1 + nq + 2 * nv + 3 * m))
         self.gain[:] = gain
 
     def attach(self, target: Target, space: PostureSpace) -> None:
@@ -143,7 +156,18 @@ class BoundJoints(AimedTask):
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
         self.memory = memory
-        _, self.goal, self._rate, self.gain, self.error = np.split(memory, self._parts)
+        parts = np.split(memory, self._parts)
+        _, self.goal, self._rate, self.gain, self.error, self._acceleration, self._rate_gain = parts
+
+    def accelerate(self) -> None:
+        """Set the kernel of second order; see `BoundTask.accelerate`.
+
+        Raises:
+            InvalidValue: A joint of the task has more than one degree of freedom.
+        """
+        self.lift_kernel = joint_lift if self.kernel is not None else None
+        self._rate_gain[:] = self.rate_gain
+        super().accelerate()
 
     def prepare(self, rows: LevelRows) -> None:
         """Write the unit vectors; see `RowPart.prepare`."""
@@ -155,7 +179,7 @@ class BoundJoints(AimedTask):
 
     def aim(self, t: float) -> None:
         """Write the target posture at t [s], and its rate where it has one."""
-        self.memory[0] = self._course(t, self.goal, self._rate)
+        self.memory[0] = self.aimed(t, self._rate, self._acceleration)
 
 
 class BoundPosture(BoundJoints):
@@ -196,7 +220,7 @@ def joint_rows(parameters, memory, state, rows):
         parameters: Flat array of integers: m, nq, nv, and for each of the m rows its column, its kind of
             coordinate and its place in q.
         memory: Flat array: 1.0 if the target moves, else 0.0; target posture (nq,), its rate (nv,), gains
-            (m,), errors (m,).
+            (m,), errors (m,); then, read at second order only, acceleration of the target (nv,), K_D (m,).
         state: The robot, see `RobotState`.
         rows: The m rows, see `RowArrays`.
     """
@@ -214,3 +238,32 @@ def joint_rows(parameters, memory, state, rows):
         feedforward = memory[rates + column] if memory[0] != 0.0 else 0.0
         rows.lower[i] = rows.upper[i] = task_rate(feedforward, memory[gain + i], error)
         memory[gain + m + i] = error
+
+
+@kernel_apart
+def joint_lift(parameters, memory, state, motion, rows):  # noqa: ARG001 (a `LiftKernel`)
+    """Fill the bounds of joints with one degree of freedom in a stack of second order.
+
+    Args:
+        parameters: As for `joint_rows`.
+        memory: As for `joint_rows`.
+        state: The robot, see `RobotState`.
+        motion: Its motion, see `Motion`.
+        rows: The m rows, see `RowArrays`.
+    """
+    m, rates = parameters[0], 1 + parameters[1]
+    nv = parameters[2]
+    gain, error = rates + nv, rates + nv + m
+    acceleration, rate_gain = error + m, error + m + nv
+    for i in range(m):
+        column = parameters[3 + 3 * i]
+        rate = feedforward = 0.0
+        if memory[0] != 0.0:
+            rate, feedforward = memory[rates + column], memory[acceleration + column]
+        rows.lower[i] = rows.upper[i] = task_acceleration(
+            feedforward,
+            memory[gain + i],
+            memory[rate_gain + i],
+            memory[error + i],
+            rate - motion.velocity[column],
+        )
