@@ -23,7 +23,7 @@ Source:
     step; the bounds are those of `taskopt.kinematics.limit.acceleration`, derived for s.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -32,12 +32,12 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit import BoundLimit
 from taskopt.kinematics.part import Part, RowPart, state_of
 from taskopt.kinematics.plan import lift_limit, motion_in, motion_size, state_ahead
 from taskopt.kinematics.task import BoundTask
 
 Filler = Callable[[Configuration, float, LevelRows], None]
+Narrower = Callable[[Configuration, Array, int], None]
 
 
 class SecondOrder:
@@ -46,7 +46,7 @@ class SecondOrder:
     Args:
         configuration: The robot of the tasks, which `update` moves.
         dt: Δt [s].
-        rows: True if a limit has rows, which need the Jacobians at s.
+        whole: True if a limit needs the robot at s, and not only s itself.
 
     Attributes:
         memory: The memory, see `taskopt.kinematics.plan.motion_size`.
@@ -55,9 +55,9 @@ class SecondOrder:
         ahead: The robot at s.
     """
 
-    def __init__(self, configuration: Configuration, dt: float, *, rows: bool) -> None:
+    def __init__(self, configuration: Configuration, dt: float, *, whole: bool) -> None:
         robot, self._configuration = configuration.robot, configuration
-        self._robot, self._rows, self._sizes = robot, rows, (robot.nv, robot.nq, robot.model.njoints)
+        self._robot, self._whole, self._sizes = robot, whole, (robot.nv, robot.nq, robot.model.njoints)
         self.ahead, self.last = Configuration(robot, robot.neutral), np.zeros(robot.nv)
         self.use(np.zeros(motion_size(*self._sizes)))
         self.retime(dt)
@@ -92,7 +92,7 @@ class SecondOrder:
         configuration.update(q, v)
         self._motion.jacobian_rates[:] = configuration.jacobian_rates
         self._ahead.q[:] = self._robot.integrate(configuration.q, v, 0.5 * self.dt)
-        if self._rows:
+        if self._whole:
             self.ahead.update(self._ahead.q)
             self._ahead.jacobians[:] = self.ahead.joint_jacobians
             self._ahead.placements[:] = self.ahead.joint_placements
@@ -119,6 +119,27 @@ class SecondOrder:
             Function of configuration, time [s] and rows, as `RowPart.fill`.
         """
         return self._lifted_task(part) if isinstance(part, BoundTask) else self._lifted_limit(part)
+
+    def narrowed(self, narrow: Narrower) -> Narrower:
+        """Return a function that narrows bounds on accelerations by a limit on velocities in Python.
+
+        Args:
+            narrow: Method `BoundLimit.narrow` of the limit.
+
+        Returns:
+            Function of the same arguments, whose bounds are those on q̈.
+        """
+
+        def narrow_lifted(configuration: Configuration, bounds: Array, owner: int) -> None:  # noqa: ARG001
+            before = bounds.copy()
+            before[:2] = bounds[:2] * self.dt + self.velocity
+            after = before.copy()
+            narrow(self.ahead, after, owner)
+            changed = after[:2] != before[:2]
+            bounds[:2][changed] = ((after[:2] - self.velocity) / self.dt)[changed]
+            bounds[2:] = after[2:]
+
+        return narrow_lifted
 
     def _lifted_task(self, task: BoundTask) -> Filler:
         """Return the function of a task, whose rows are filled at q."""
@@ -163,13 +184,19 @@ def checked_order(order: int, self_motion: float, damping: RestDamping | None) -
         raise InvalidValue("RestDamping cannot stand in a stack of order 2 yet; leave damping out")
 
 
-def accelerate(tasks: Sequence[BoundTask], limits: Iterable[Part], dt: float) -> None:
-    """Prepare bound tasks and limits for a plan of second order, or refuse them by name.
+def accelerated(
+    tasks: Sequence[BoundTask], limits: Sequence[Part], configuration: Configuration, dt: float
+) -> SecondOrder:
+    """Prepare bound tasks for a plan of second order, or refuse them or their limits by name.
 
     Args:
         tasks: The tasks.
         limits: The limits.
+        configuration: The robot of the tasks.
         dt: Δt [s].
+
+    Returns:
+        The motion of the robot.
 
     Raises:
         InvalidValue: A task or a limit cannot be had at second order, or K_D Δt ≥ 1 in a task.
@@ -189,10 +216,5 @@ def accelerate(tasks: Sequence[BoundTask], limits: Iterable[Part], dt: float) ->
             f"'{names['BoundJointAcceleration']}' forbids; the latter keeps the ranges by itself, so leave "
             "JointPositionLimit out"
         )
-    for limit in limits:
-        box = limit.box_part() if isinstance(limit, BoundLimit) else None
-        if box is not None and box.kernel is None and not box.constant:
-            raise InvalidValue(
-                f"'{limit.name}' ({type(limit).__name__}) narrows bounds in Python, which a stack of order 2 "
-                "cannot have yet; give it a kernel, or use order=1"
-            )
+    whole = bool(configuration.robot.couplings) or any(limit.kernel is None for limit in limits)
+    return SecondOrder(configuration, dt, whole=whole)

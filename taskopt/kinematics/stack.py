@@ -36,7 +36,7 @@ from taskopt.kinematics.part import Part, RowPart
 from taskopt.kinematics.plan import NO_MOTION, base_box, compiled_tick, flawed, motion_of, watch_of
 from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.second_order import Filler, SecondOrder, accelerate, checked_order
+from taskopt.kinematics.second_order import Filler, Narrower, SecondOrder, accelerated, checked_order
 from taskopt.kinematics.task import BoundTask, Task
 from taskopt.kinematics.task.self_motion import BoundSelfMotion
 
@@ -176,8 +176,7 @@ class Plan:
         self.rate_tasks = [task for task in self.tasks if task.follows_velocity]
         self.motion: SecondOrder | None = None
         if stack.order == 2:
-            accelerate(self.tasks, self.limits, dt)
-            self.motion = SecondOrder(self.configuration, dt, rows=bool(hard))
+            self.motion = accelerated(self.tasks, self.limits, self.configuration, dt)
         self._place = self.configuration.update if self.motion is None else self.motion.update
         set_dt(self.tasks, dt)
         owners = chain.from_iterable(limit.owners for limit in boxes)
@@ -443,8 +442,11 @@ class Plan:
         fill_of = _fill_of if self.motion is None else self.motion.lifted
         in_python = [(p, block) for p, block in parts if p.kernel is None and not (once and p.constant)]
         self._fills = [(fill_of(part), rows_of_block(self.hierarchy, block)) for part, block in in_python]
+        narrow_of = _narrow_of if self.motion is None else self.motion.narrowed
         self._narrows = [
-            (limit.narrow, owner) for limit, owner in owned if limit.kernel is None and not limit.constant
+            (narrow_of(limit.narrow), owner)
+            for limit, owner in owned
+            if limit.kernel is None and not limit.constant
         ]
         self._aimed = [part for part, _ in parts if part.kernel is not None and not part.constant]
         self._sort_targets()
@@ -483,6 +485,11 @@ class Plan:
         raise InvalidValue(
             f"the limits are not finite at t = {t:.6g} s; look at {', '.join(self.layout.owners[1:])}"
         )
+
+
+def _narrow_of(narrow: Narrower) -> Narrower:
+    """Return the function with which a limit narrows bounds in Python."""
+    return narrow
 
 
 def _fill_of(part: RowPart) -> Filler:
