@@ -222,7 +222,7 @@ class BoundAlignment(_BoundTurn, AimedTask):
 
     def adjustable(self) -> Mapping[str, Parameter]:
         """Return gain and direction; see `Part.adjustable`."""
-        direction = _Direction(self.name, self.goal, self._space, self.redirect)
+        direction = _Direction(self.name, self.goal, self.space, self.redirect)
         return {"gain": super().adjustable()["gain"], "direction": direction}
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
