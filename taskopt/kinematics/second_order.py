@@ -184,6 +184,20 @@ def checked_order(order: int, self_motion: float, damping: RestDamping | None) -
         raise InvalidValue("RestDamping cannot stand in a stack of order 2 yet; leave damping out")
 
 
+def require_first_order(order: int, what: str) -> None:
+    """Refuse a stack of order 2 where only stacks of order 1 are known.
+
+    Args:
+        order: Order of the stack.
+        what: What does not know order 2, for the message.
+
+    Raises:
+        InvalidValue: The order is 2.
+    """
+    if order == 2:
+        raise InvalidValue(f"{what} does not know stacks of order 2 yet; use order=1, or a plain Controller")
+
+
 def accelerated(
     tasks: Sequence[BoundTask], limits: Sequence[Part], configuration: Configuration, dt: float
 ) -> SecondOrder:

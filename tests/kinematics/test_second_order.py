@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt import (
+    BatchController,
     Circle,
     Controller,
     FrameTask,
@@ -185,6 +186,11 @@ def test_what_order_2_does_not_have_is_refused_by_name():
     control = Controller(arm, Stack([[FrameTask("panda_hand", target=ThreeArguments())]], order=2))
     with pytest.raises(InvalidValue, match="fourth argument"):
         control.start(arm.posture("middle"))
+    stack = Stack([[hand]], order=2)
+    with pytest.raises(InvalidValue, match=r"Controller\(log=\) does not know"):
+        Controller(arm, stack, log="never_written.arrow")
+    with pytest.raises(InvalidValue, match="BatchController does not know"):
+        BatchController(arm, stack)
     floating = Robot.load("panda", floating=True)
     with pytest.raises(InvalidValue, match="order 2"):
         Stack([[JointTask(joints=[floating.joints[0]])]], order=2).compile(floating, H)

@@ -15,6 +15,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.jit.pack import PACK
 from taskopt.kinematics.lockstep.tables import Reader
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.second_order import require_first_order
 from taskopt.kinematics.stack import Stack
 from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.loop.batch.lockstep import Arms, new_memory, resolve_arms
@@ -56,6 +57,7 @@ class BatchController:
             )
         if threads is not None and (not isinstance(threads, int) or threads < 1):
             raise InvalidValue(f"threads must be a number from 1 on, or None for all cores, got {threads!r}")
+        require_first_order(stack.order, "BatchController")
         self.plan = stack.compile(robot, dt)
         reader = Reader(self.plan)
         self._robot = robot
