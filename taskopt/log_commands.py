@@ -57,7 +57,7 @@ def show(
     why: Annotated[bool, typer.Option("--why", help="Why it ended, and conflicts before.")] = False,
     resolver: Which = None,
 ) -> None:
-    """Tell what a log says: a summary, one joint, one instant, or why it ended."""
+    """Tell what a log says, or why it ended."""
     from taskopt.log import open_log, story
 
     opened = open_log(log)
@@ -75,7 +75,9 @@ def show(
 def replay(
     log: LogFile, at: At = None, resolver: Which = None, changes: Weights = None, without: Without = None
 ) -> None:
-    """Solve ticks of a log again from its data alone: one at --at, else all.
+    """Solve ticks of a log again from its data.
+
+    One tick at --at, else all.
 
     The exit code is 1 if an unchanged tick has another answer than the log.
     """

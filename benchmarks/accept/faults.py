@@ -551,8 +551,8 @@ _OF_KINEMATICS = (
     Fault(
         "level damping takes k² for k",
         "kinematics/task/level_damping.py",
-        "np.sqrt(self._damping(sigma, root * b)[:r])",
-        "self._damping(sigma, root * b)[:r]",
+        "np.sqrt(self._damping(sigma[: np.count_nonzero(moved)], (root * b)[moved])[:r])",
+        "self._damping(sigma[: np.count_nonzero(moved)], (root * b)[moved])[:r]",
     ),
     Fault(
         "a joint outside its range must return",

@@ -155,13 +155,13 @@ def compact(numbers: Array) -> Array | float:
     """Write numbers as a user reads them.
 
     Args:
-        numbers: One or more numbers.
+        numbers: Any number of numbers, as of a limit that no joint has.
 
     Returns:
-        One float where all are equal, else a copy of the array.
+        One float where there are numbers and all are equal, else a copy of the array.
     """
-    first = float(numbers.flat[0])
-    return first if bool((numbers == first).all()) else numbers.copy()
+    first = float(numbers.flat[0]) if numbers.size else 0.0
+    return first if numbers.size and bool((numbers == first).all()) else numbers.copy()
 
 
 def one_number(name: str, value: ArrayLike, least: float, most: float = np.inf) -> float:

@@ -185,6 +185,8 @@ class Writer:
         self._file = pa.OSFile(task.path, "wb")
         options = pa.ipc.IpcWriteOptions(compression="zstd")
         self._writer = pa.ipc.new_file(self._file, schema, options=options)
+        # Arrow writes the schema with the first batch; the file is to be readable from now on.
+        self._writer.write_batch(pa.RecordBatch.from_pylist([], schema=schema))
         self._seen = 0  # slots that were counted at the look before
         self._schema = schema
 

@@ -114,7 +114,7 @@ class _Cascade:
     def __init__(self, hierarchy: Hierarchy, resolver: HierarchicalQP, ranks: tuple[int, ...]) -> None:
         self.hierarchy = hierarchy
         engine = solver(resolver.solver)
-        self.solve = solve_to(engine, resolver.accuracy, engine.most_iterations)
+        self.solve = solve_to(engine, resolver.accuracy, engine.most_iterations, refine=engine.promises)
         self.rule, self.previous_ranks = resolver.rule, ranks
         self.accounts: list[LevelAccount] = []
         self.inverse = inverse_root(hierarchy.norm)

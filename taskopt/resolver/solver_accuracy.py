@@ -49,7 +49,12 @@ def checked_accuracy(value: float) -> float:
 
 
 def solve_to(
-    solve: Solve, accuracy: float, most: float = math.inf, inverse: Array | None = None
+    solve: Solve,
+    accuracy: float,
+    most: float = math.inf,
+    inverse: Array | None = None,
+    *,
+    refine: bool = True,
 ) -> SolveProgram:
     """Make a function that solves programs with a diagonal H to a given relative accuracy of x.
 
@@ -67,6 +72,7 @@ def solve_to(
         most: Iterations, over all programs that the function solves, after which it starts no other one and
             returns the status ITERATION_LIMIT.
         inverse: Matrix of the entries for which the accuracy is asked, (p, n), inverse · x; None for x.
+        refine: False to take the answers of the solver as they are, with what it claims.
 
     Returns:
         A function from a program to its solution, in the units of that program.
@@ -86,7 +92,8 @@ def solve_to(
         x = free + size * found.x
         wanted = x if inverse is None else inverse @ x[: inverse.shape[1]]
         largest = max(1.0, float(np.abs(wanted).max(initial=0.0)))
-        found = refined(within_reach, unit, found, accuracy * min(1.0, largest / (gain * size)))
+        if refine:
+            found = refined(within_reach, unit, found, accuracy * min(1.0, largest / (gain * size)))
         return replace(found, x=free + size * found.x, y=size * found.y / length, y_box=size * found.y_box)
 
     return solve_at_unit_size

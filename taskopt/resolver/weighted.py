@@ -89,7 +89,9 @@ class WeightedQP:
         qp, R = orthogonal_program(problem)
         engine = solver(self.solver)
         inverse = np.asarray(np.linalg.inv(R), dtype=np.float64)
-        solution = solve_to(engine, self.accuracy, engine.most_iterations, inverse)(qp)
+        solution = solve_to(engine, self.accuracy, engine.most_iterations, inverse, refine=engine.promises)(
+            qp
+        )
         if solution.status in (Status.INFEASIBLE, Status.FAILED) or not has_numbers(solution):
             return no_answer(problem, solution.status, solution.iterations)
         x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)

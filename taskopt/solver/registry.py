@@ -48,6 +48,11 @@ class Solver:
     most_iterations: float = math.inf
 
     @property
+    def promises(self) -> bool:
+        """True if the solver is held to an accuracy."""
+        return math.isfinite(self.accuracy)
+
+    @property
     def installed(self) -> bool:
         """True if the package of the solver can be imported."""
         return not self.package or find_spec(self.package) is not None
