@@ -58,7 +58,8 @@ def show(
     resolver: Which = None,
 ) -> None:
     """Tell what a log says, or why it ended."""
-    from taskopt.log import open_log, story
+    from taskopt.log import story
+    from taskopt.log.reading import open_log
 
     opened = open_log(log)
     if joint is not None:
@@ -81,8 +82,8 @@ def replay(
 
     The exit code is 1 if an unchanged tick has another answer than the log.
     """
-    from taskopt.log import open_log
     from taskopt.log.again import solve_again
+    from taskopt.log.reading import open_log
     from taskopt.loop.variation import setting
 
     opened, settings = open_log(log), dict(map(setting, changes or ()))

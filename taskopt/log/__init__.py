@@ -2,16 +2,17 @@
 
 Read the modules in this order:
 
-    slots        fields of one tick in shared memory, and the columns of the file that are made of them
-    ring         the memory that a loop and the writer share
-    writer       the process that appends ticks to the file
-    provenance   versions, machine, commit, text of the scenario
-    description  fields, columns and metadata of a stack
-    raw          `RawLog`, into which a loop copies its ticks
-    reading      `open_log`: arrays, names, units, ticks of a file, complete or cut off
-    ticks        hierarchy, memory and resolution of a tick, made again from its row
-    again        a tick solved again, with another resolver or changed
-"""
+    slots         fields of one tick in shared memory, and the columns of the file that are made of them
+    ring          the memory that a loop and the writer share
+    instructions  what the writer is told
+    writer        the process that appends ticks to the file
+    provenance    versions, machine, commit, text of the scenario
+    description   fields, columns and metadata of a stack
+    raw           `RawLog`, into which a loop copies its ticks
+    reading       `open_log`: arrays, names, units, ticks of a file, complete or cut off
+    ticks         hierarchy, memory and resolution of a tick, made again from its row
+    again         a tick solved again, with another resolver or changed
 
-from taskopt.log.reading import Log as Log
-from taskopt.log.reading import open_log as open_log
+The package itself imports none of them: a loop without a log does not load Arrow, and the writer loads
+nothing of a robot.
+"""

@@ -19,9 +19,9 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.log.description import Description
+from taskopt.log.instructions import Instructions
 from taskopt.log.ring import Counter, End, Ring
 from taskopt.log.slots import NANOSECONDS, NUMBERS, TEXT_BYTES
-from taskopt.log.writer import Task
 from taskopt.resolver.base import Memory
 
 _OPENING = 30.0  # [s] that the writer may take until it has opened the file
@@ -86,14 +86,15 @@ class RawLog:
         self.path = Path(path)
         self._ring = Ring(description.fields)
         self._counters, self._fields = self._ring.counters, self._ring.fields
-        self._description = description
         self._count, self._slots, self._begin = 0, self._ring.slots, perf_counter_ns()
         self._sent: dict[int, Array] = {}
         self._shared: dict[Layout, list[tuple[int, int]]] = {}
         self._plain = description.layout.answer_size
         self._buffer = self._plain - description.layout.size
-        task = Task(str(self.path), description.fields, description.columns, description.metadata)
-        self._process = _started(self._ring, task)
+        instructions = Instructions(
+            str(self.path), description.fields, description.columns, description.metadata
+        )
+        self._process = _started(self._ring, instructions)
         os.close(self._ring.file)  # the mapping stays
         self._end = weakref.finalize(self, _close, self._ring, self._process, os.getpid(), End.FINISHED, "")
         self._wait_for_file()
@@ -269,7 +270,7 @@ class RawLog:
         raise InvalidValue(f"cannot write the log {self.path}: {reason}; choose another file")
 
 
-def _started(ring: Ring, task: Task) -> "subprocess.Popen[bytes]":
+def _started(ring: Ring, instructions: Instructions) -> "subprocess.Popen[bytes]":
     """Start the writer."""
     program = _PROGRAM.format(path=[str(place) for place in sys.path])
     words = [sys.executable, "-c", program, str(ring.file), str(os.getpid())]
@@ -277,7 +278,7 @@ def _started(ring: Ring, task: Task) -> "subprocess.Popen[bytes]":
         words, stdin=subprocess.PIPE, pass_fds=(ring.file,), start_new_session=True
     )
     assert process.stdin is not None
-    process.stdin.write(task.line().encode())
+    process.stdin.write(instructions.line().encode())
     process.stdin.flush()
     return process
 

@@ -1,6 +1,6 @@
 """The process that writes a log: it takes slots from a ring and appends them to an Arrow IPC file.
 
-    python -c "…; from taskopt.log.writer import main; main()" RING PROCESS < task
+    python -c "…; from taskopt.log.writer import main; main()" RING PROCESS < instructions
 
 It ends when the loop closes the log, or when its standard input ends, which the system sees to if the loop's
 process dies. In both cases everything that the ring still has is written, so that a loop that is killed loses
@@ -13,56 +13,17 @@ import select
 import signal
 import sys
 from time import monotonic
-from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from taskopt.log.instructions import Instructions
 from taskopt.log.ring import Counter, End, Ring
-from taskopt.log.slots import NANOSECONDS, NUMBERS, PERIOD, Column, Field
+from taskopt.log.slots import NANOSECONDS, NUMBERS, PERIOD, Column
 
 LOOK = 0.02  # [s] between two looks at the ring
 NICENESS = 5  # the loop comes first where both want the same core
-
-
-class Task(NamedTuple):
-    """What a writer is told on its standard input, as one line of JSON.
-
-    Attributes:
-        path: The file to write.
-        fields: Fields of a slot.
-        columns: Columns of the file.
-        metadata: Text by key for the schema of the file.
-    """
-
-    path: str
-    fields: list[Field]
-    columns: list[Column]
-    metadata: dict[str, str]
-
-    @staticmethod
-    def read(text: str) -> "Task":
-        """Read the line.
-
-        Args:
-            text: JSON that `line` wrote.
-
-        Returns:
-            The task.
-        """
-        path, fields, columns, metadata = json.loads(text)
-        return Task(path, [Field(*field) for field in fields], [_column(*each) for each in columns], metadata)
-
-    def line(self) -> str:
-        """Return the task as one line of JSON."""
-        return json.dumps(self) + "\n"
-
-
-def _column(*parts: Any) -> Column:
-    """Return a column of its parts, in which JSON has made lists of tuples."""
-    column = Column(*parts)
-    return column._replace(words=tuple(column.words), names=tuple(column.names))
 
 
 def schema_of(columns: list[Column], metadata: dict[str, str]) -> pa.Schema:
@@ -117,12 +78,12 @@ class Rows:
     """Turns slots into record batches.
 
     Args:
-        task: Fields and columns.
+        instructions: Fields and columns.
         schema: Schema of the file.
     """
 
-    def __init__(self, task: Task, schema: pa.Schema) -> None:
-        self._task, self._schema = task, schema
+    def __init__(self, instructions: Instructions, schema: pa.Schema) -> None:
+        self._instructions, self._schema = instructions, schema
 
     def batch(self, slots: dict[str, NDArray[np.generic]]) -> pa.RecordBatch:
         """Return slots as a batch of rows.
@@ -140,7 +101,7 @@ class Rows:
             for row, length in zip(text, lengths, strict=True)
         ]
         arrays = []
-        for column, field in zip(self._task.columns, self._schema, strict=True):
+        for column, field in zip(self._instructions.columns, self._schema, strict=True):
             if _is_text(column):
                 arrays.append(pa.array([row.get(column.name) for row in told], field.type))
             else:
@@ -174,15 +135,15 @@ class Writer:
 
     Args:
         ring: The ring.
-        task: What to write, and where.
+        instructions: What to write, and where.
         parent: Number of the process of the loop.
     """
 
-    def __init__(self, ring: Ring, task: Task, parent: int) -> None:
-        self._ring, self._task, self._parent = ring, task, parent
-        schema = schema_of(task.columns, task.metadata)
-        self._rows = Rows(task, schema)
-        self._file = pa.OSFile(task.path, "wb")
+    def __init__(self, ring: Ring, instructions: Instructions, parent: int) -> None:
+        self._ring, self._instructions, self._parent = ring, instructions, parent
+        schema = schema_of(instructions.columns, instructions.metadata)
+        self._rows = Rows(instructions, schema)
+        self._file = pa.OSFile(instructions.path, "wb")
         options = pa.ipc.IpcWriteOptions(compression="zstd")
         self._writer = pa.ipc.new_file(self._file, schema, options=options)
         # Arrow writes the schema with the first batch; the file is to be readable from now on.
@@ -245,10 +206,10 @@ def main() -> None:
     ):  # they are for the loop, which closes the log
         signal.signal(number, signal.SIG_IGN)
     os.nice(NICENESS)
-    task = Task.read(sys.stdin.readline())
-    ring = Ring(task.fields, int(sys.argv[1]))
+    instructions = Instructions.read(sys.stdin.readline())
+    ring = Ring(instructions.fields, int(sys.argv[1]))
     try:
-        writer = Writer(ring, task, int(sys.argv[2]))
+        writer = Writer(ring, instructions, int(sys.argv[2]))
         ring.counters[Counter.READY] = 1
         writer.follow()
     except OSError as error:

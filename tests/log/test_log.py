@@ -1,5 +1,8 @@
 """A log has every tick to the last bit, and solves it again from its data alone."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -202,3 +205,13 @@ def test_what_is_no_log_is_refused(tmp_path):
     feather.write_feather(pa.table({"tick": [1, 2]}), tmp_path / "other.arrow", compression="uncompressed")
     with pytest.raises(BadLog, match="no log of taskopt"):
         open_log(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("module", "spared"), [("taskopt.loop.controller", "pyarrow"), ("taskopt.log.writer", "numba")]
+)
+def test_neither_side_loads_what_only_the_other_needs(module: str, spared: str) -> None:
+    """A controller without a log starts without Arrow, and the writer without what compiles kernels."""
+    code = f"import sys, {module}; print('{spared}' in sys.modules, 'numpy' in sys.modules)"
+    words = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert words.split() == ["False", "True"]
