@@ -13,6 +13,7 @@ import typer
 
 from taskopt.bench.commands import bench
 from taskopt.bench.sweep.commands import sweeping
+from taskopt.command_parts import ScenarioFile, names_in, progress_bar
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 from taskopt.log_commands import logs_read
 
@@ -36,14 +37,6 @@ app.add_typer(bench, name="bench")
 app.add_typer(logs_read)
 app.add_typer(sweeping)
 
-ScenarioFile = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENARIO",
-        help="Python file that defines `scenario`, or demo. The file is executed: run only files that you "
-        "trust.",
-    ),
-]
 Changes = Annotated[
     list[str] | None,
     typer.Option(
@@ -173,7 +166,7 @@ def compare(
     Raises:
         InvalidValue: A resolver is named twice.
     """
-    resolvers = [name for named in resolvers for name in named.split(",") if name]
+    resolvers = names_in(resolvers)
     twice = sorted({name for name in resolvers if resolvers.count(name) > 1})
     if twice:
         raise InvalidValue(f"name each resolver once; named twice: {', '.join(twice)}")
@@ -357,11 +350,7 @@ def _resolve(file: str, names: "Sequence[str]", variation: Variation, output: Ou
 
 def _drive(steps: "Generator[Step, None, None]", total: int, name: str) -> bool:
     """Run through all steps behind a progress bar; return True if the user interrupted it."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with progress_bar() as progress:
         task = progress.add_task(name, total=total)
         try:
             for done, _ in enumerate(steps, start=1):

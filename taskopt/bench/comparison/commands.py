@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from taskopt.command_parts import ScenarioFile, names_in, progress_bar
+
 comparison = typer.Typer(rich_markup_mode=None)
 
 Results = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that `taskopt bench run` wrote to.")]
@@ -77,23 +79,19 @@ def run(
     was. Resolvers run in a process of their own, which is ended if one misses the deadline; what solvers
     print goes to FOLDER/output.txt.
     """
-    from rich.console import Console
-    from rich.progress import Progress
-
     from taskopt.bench.comparison.campaign import Campaign, carry_out
     from taskopt.bench.comparison.trial import SETTINGS
 
     campaign = Campaign(
         tuple(sets or ()),
-        tuple(name for named in resolvers or () for name in named.split(",") if name),
+        tuple(names_in(resolvers or ())),
         tuple(settings or SETTINGS),
         repeats,
         deadline,
         tuple(map(str, plugins or ())),
         full,
     )
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with progress_bar() as progress:
         task = progress.add_task("")
         for done, total, cell in carry_out(campaign, out):
             words = f"{cell.set}, {cell.sequence}: {cell.resolver} {cell.setting}"
@@ -169,14 +167,7 @@ def sets(
 
 @comparison.command()
 def capture(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Python file that defines `scenario`, or demo. The file is executed: name only files that "
-            "you trust.",
-        ),
-    ],
+    scenario: ScenarioFile,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The file to write, .npz.")],
     first: Annotated[int, typer.Option(min=0, metavar="N", help="First tick that is kept.")] = 0,
     ticks: Annotated[int, typer.Option(min=1, metavar="N", help="Number of ticks that are kept.")] = 50,

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from taskopt.command_parts import ScenarioFile, names_in, progress_bar
+
 sweeping = typer.Typer(rich_markup_mode=None)
 
 Changes = Annotated[
@@ -40,14 +42,7 @@ Duration = Annotated[float | None, typer.Option(metavar="SECONDS", show_default=
 
 @sweeping.command()
 def sweep(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Python file that defines `scenario`, or demo. The file is executed: name only files that "
-            "you trust.",
-        ),
-    ],
+    scenario: ScenarioFile,
     changes: Changes = None,
     seeds: Annotated[
         int, typer.Option(min=1, metavar="N", help="Starts: the scenario's own, and N − 1 near it.")
@@ -65,17 +60,13 @@ def sweep(
     Cases that are done already are not computed again. Starts other than the first differ from the scenario's
     by up to 0.1 rad or m in each joint that has limits.
     """
-    from rich.console import Console
-    from rich.progress import Progress
-
     from taskopt.bench.sweep.grid import Grid, axis
     from taskopt.bench.sweep.report import write_all
     from taskopt.bench.sweep.sweep import Sweep, carry_out
 
-    names = [name for named in resolvers or ["active-set"] for name in named.split(",") if name]
+    names = names_in(resolvers or ["active-set"])
     grid = Grid(tuple(map(axis, changes or ())), seeds, tuple(names))
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with progress_bar() as progress:
         task = progress.add_task(scenario)
         for done, total in carry_out(Sweep(scenario, grid, duration), out, jobs, scheduler):
             progress.update(task, completed=done, total=total)
