@@ -19,6 +19,20 @@ def append(file: Path, entry: dict[str, Any]) -> None:
         os.fsync(lines.fileno())
 
 
+def differences(then: dict[str, Any], here: dict[str, Any]) -> list[str]:
+    """Say which conditions changed.
+
+    Args:
+        then: Conditions under which the lines of a file were written, by name.
+        here: The present ones.
+
+    Returns:
+        "name: old value → new value" for each that differs.
+    """
+    changed = [name for name in then | here if then.get(name) != here.get(name)]
+    return [f"{name}: {then.get(name)} → {here.get(name)}" for name in changed]
+
+
 def whole_entries(file: Path, *, repair: bool = False) -> list[dict[str, Any]]:
     """Read all whole lines.
 

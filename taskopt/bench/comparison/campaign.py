@@ -19,7 +19,7 @@ from taskopt.bench.comparison.plugin import load_plugin
 from taskopt.bench.comparison.problem_set import ProblemSequence, ProblemSet
 from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checked_setting
 from taskopt.bench.comparison.worker import Cell, Worker
-from taskopt.bench.rows_file import append, whole_entries
+from taskopt.bench.rows_file import append, differences, whole_entries
 from taskopt.errors import InvalidValue
 from taskopt.log.provenance import machine, versions
 from taskopt.resolver.registry import resolver, resolver_names
@@ -245,8 +245,7 @@ def _refuse_others(file: Path, then: dict[str, Any], here: dict[str, Any]) -> No
 def _difference(then: Any, here: Any) -> str:
     """Return what differs between two values, entry by entry for mappings."""
     if isinstance(then, dict) and isinstance(here, dict):
-        keys = [key for key in (then | here) if then.get(key) != here.get(key)]
-        return ", ".join(f"{key}: {then.get(key)} → {here.get(key)}" for key in keys)
+        return ", ".join(differences(then, here))
     return f"{then} → {here}"
 
 

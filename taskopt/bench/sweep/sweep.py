@@ -15,13 +15,13 @@ from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from taskopt.arrays import positive
-from taskopt.bench.rows_file import append, whole_entries
+from taskopt.bench.rows_file import append, differences, whole_entries
 from taskopt.bench.sweep.case import Figure, run_case
 from taskopt.bench.sweep.grid import Case, Grid
 from taskopt.errors import InvalidValue, NotInstalled, NotSolved
+from taskopt.log.provenance import versions
 from taskopt.loop.scenario import DEMO, load_scenario
 from taskopt.loop.variation import varied
-from taskopt.record.manifest import versions
 from taskopt.resolver.registry import resolver
 
 FILE = "sweep.jsonl"
@@ -109,11 +109,11 @@ def carry_out(
         NotSolved: Workers died several times; what is done is kept.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    file, wanted = folder / FILE, dict.fromkeys(sweep.grid.cases())
-    done = _known(file, sweep.conditions())
+    file, wanted, here = folder / FILE, dict.fromkeys(sweep.grid.cases()), sweep.conditions()
+    done = _known(file, here)
     missing = [case for case in wanted if case not in done]
     if not done:
-        append(file, {"conditions": sweep.conditions()})
+        append(file, {"conditions": here})
     count, total = len(wanted) - len(missing), len(wanted)
     yield count, total
     results = _by_dask(sweep, missing, scheduler) if scheduler else _by_processes(sweep, missing, jobs)
@@ -157,18 +157,20 @@ def _known(file: Path, here: dict[str, Any] | None) -> dict[Case, dict[str, Figu
 
 def _refuse_others(file: Path, then: dict[str, Any], here: dict[str, Any] | None) -> None:
     """Raise `InvalidValue` if the cases of a file were computed under other conditions."""
-    if here is None or then == here:
-        return
-    changed = [f"{name}: {then.get(name)} → {here[name]}" for name in here if then.get(name) != here[name]]
-    raise InvalidValue(f"{file} is a sweep under other conditions ({'; '.join(changed)}); take another --out")
+    changed = [] if here is None else differences(then, here)
+    if changed:
+        raise InvalidValue(
+            f"{file} is a sweep under other conditions ({'; '.join(changed)}); take another --out"
+        )
 
 
 def _by_processes(sweep: Sweep, cases: Sequence[Case], jobs: int) -> Iterator[tuple[Case, dict[str, Figure]]]:
     """Compute cases in processes on this machine; if one dies, those that are missing are begun anew."""
-    missing = dict.fromkeys(cases)
+    done: set[Case] = set()
     # Cases are handed out one by one, since a batch that a worker leaves unfinished is lost as a whole.
     options: dict[str, Any] = {"n_jobs": jobs, "return_as": "generator_unordered", "batch_size": 1}
     for _ in range(_DEATHS):
+        missing = [case for case in cases if case not in done]
         try:
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 work = delayed(_with_case)
@@ -176,13 +178,14 @@ def _by_processes(sweep: Sweep, cases: Sequence[Case], jobs: int) -> Iterator[tu
                 results: Any = Parallel(**options)(calls)  # a generator, which joblib's types do not say
                 for case, figures in results:
                     yield case, figures
-                    missing = {left: None for left in missing if left != case}
+                    done.add(case)
             return
         except TerminatedWorkerError:
             continue
+    missing = [case for case in cases if case not in done]
     raise NotSolved(
         f"workers died {_DEATHS} times, and {len(missing)} of {len(cases)} cases are missing, among them "
-        f"{next(iter(missing))}; the same command goes on with what is missing"
+        f"{missing[0]}; the same command goes on with what is missing"
     )
 
 
