@@ -288,3 +288,21 @@ def relative_into(A, B, out):
         out[i, 3] = A[0, i] * dx + A[1, i] * dy + A[2, i] * dz
     out[3, 0] = out[3, 1] = out[3, 2] = 0.0
     out[3, 3] = 1.0
+
+
+@kernel
+def turned_back(T, x):
+    """Compute Rᵀ x.
+
+    Args:
+        T: (4, 4) pose, or (3, 3) rotation; R is its rotation.
+        x: Three numbers.
+
+    Returns:
+        Three numbers.
+    """
+    return (
+        T[0, 0] * x[0] + T[1, 0] * x[1] + T[2, 0] * x[2],
+        T[0, 1] * x[0] + T[1, 1] * x[1] + T[2, 1] * x[2],
+        T[0, 2] * x[0] + T[1, 2] * x[1] + T[2, 2] * x[2],
+    )

@@ -19,6 +19,7 @@ follows by the product rule:
 """
 
 from taskopt.jit import kernel, kernel_apart
+from taskopt.kinematics.lie import turned_back
 from taskopt.kinematics.log_rate import jlog6_rate
 from taskopt.kinematics.task.base import task_acceleration
 from taskopt.kinematics.task.frame_kernel import (
@@ -72,7 +73,7 @@ def frame_lift(parameters, memory, state, motion, rows):
     forward = _product(M, change)
     for r in range(m):
         i = parameters[3 + r]
-        rows.lower[r] = rows.upper[r] = rows.lower[r] * 0.0 + task_acceleration(
+        rows.lower[r] = rows.upper[r] = task_acceleration(
             forward[i] + drift[i], table[GAIN, i], table[RATE_GAIN, i], table[FULL_ERROR, i], rate[i]
         )
 
@@ -83,8 +84,8 @@ def _drift(mode, table, w, d, rate):
     T = table[ACTUAL : ACTUAL + 4, :4]
     e = table[FULL_ERROR]
     if mode == OWN:
-        turning = _turned(T, w[3:])
-        u = (*_turned(T, d[:3]), *_turned(T, d[3:]))
+        turning = turned_back(T, w[3:])
+        u = (*turned_back(T, d[:3]), *turned_back(T, d[3:]))
         minus = (*_cross(u[:3], turning), *_cross(u[3:], turning))
         xi = (-e[0], -e[1], -e[2], -e[3], -e[4], -e[5])
         back = (-rate[0], -rate[1], -rate[2], -rate[3], -rate[4], -rate[5])
@@ -93,7 +94,7 @@ def _drift(mode, table, w, d, rate):
     if mode == WORLD:
         xi = (0.0, 0.0, 0.0, e[3], e[4], e[5])
         return jlog6_rate(xi, (0.0, 0.0, 0.0, rate[3], rate[4], rate[5]), (0.0, 0.0, 0.0, d[3], d[4], d[5]))
-    turning, moved = _turned(T, w[3:]), _turned(T, d[:3])
+    turning, moved = turned_back(T, w[3:]), turned_back(T, d[:3])
     total = (moved[0] + rate[0], moved[1] + rate[1], moved[2] + rate[2])
     return (*_cross(total, turning), 0.0, 0.0, 0.0)
 
@@ -112,8 +113,8 @@ def _acting_acceleration(mode, table, w, d):
         return (*_sum(linear, one, two), *angular)
     if mode == WORLD:
         E = table[X : X + 4, :4]
-        back = _turned(E, (table[TWIST, 3], table[TWIST, 4], table[TWIST, 5]))
-        return (*linear, *_sum(_turned(E, angular), _cross(back, d[3:]), (0.0, 0.0, 0.0)))
+        back = turned_back(E, (table[TWIST, 3], table[TWIST, 4], table[TWIST, 5]))
+        return (*linear, *_sum(turned_back(E, angular), _cross(back, d[3:]), (0.0, 0.0, 0.0)))
     return (*linear, 0.0, 0.0, 0.0)
 
 
@@ -151,16 +152,6 @@ def _sum(x, y, z):
 def _minus(x, y):
     """Compute x − y of two twists."""
     return x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3], x[4] - y[4], x[5] - y[5]
-
-
-@kernel
-def _turned(T, x):
-    """Compute Rᵀ x, with R the rotation of the pose T."""
-    return (
-        T[0, 0] * x[0] + T[1, 0] * x[1] + T[2, 0] * x[2],
-        T[0, 1] * x[0] + T[1, 1] * x[1] + T[2, 1] * x[2],
-        T[0, 2] * x[0] + T[1, 2] * x[1] + T[2, 2] * x[2],
-    )
 
 
 @kernel

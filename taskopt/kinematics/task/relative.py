@@ -11,7 +11,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.lie import log6_jlog6_into, relative_into
+from taskopt.kinematics.lie import log6_jlog6_into, relative_into, turned_back
 from taskopt.kinematics.pose import inverse, is_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.space import ROW_NAMES, ROW_UNITS, PoseSpace, Value, chosen_rows
@@ -237,7 +237,7 @@ def relative_error_into(own, frame, goal, twist, arrays):
                 M[i, j] = jlog[i, 0] * pose[j, 0] + jlog[i, 1] * pose[j, 1] + jlog[i, 2] * pose[j, 2]
                 M[i, 3 + j] = jlog[i, 3] * pose[j, 0] + jlog[i, 4] * pose[j, 1] + jlog[i, 5] * pose[j, 2]
     else:
-        w = _turned_back(away, w)
+        w = turned_back(away, w)
         M[:] = jlog
         for i in range(3):
             M[i, :] = 0.0
@@ -246,13 +246,3 @@ def relative_error_into(own, frame, goal, twist, arrays):
     for i in range(6):
         arrays.rate[i] = M[i, 0] * v[0] + M[i, 1] * v[1] + M[i, 2] * v[2]
         arrays.rate[i] += M[i, 3] * w[0] + M[i, 4] * w[1] + M[i, 5] * w[2]
-
-
-@kernel
-def _turned_back(R, w):
-    """Return Rᵀ w as three numbers."""
-    return (
-        R[0, 0] * w[0] + R[1, 0] * w[1] + R[2, 0] * w[2],
-        R[0, 1] * w[0] + R[1, 1] * w[1] + R[2, 1] * w[2],
-        R[0, 2] * w[0] + R[1, 2] * w[1] + R[2, 2] * w[2],
-    )
