@@ -212,9 +212,9 @@ FAULTS: tuple[tuple[str, Fault], ...] = (
         "3.48",
         Fault(
             "a step is twice as long",
-            "loop/run.py",
-            "scenario.robot.integrate(q, v, scenario.dt)",
-            "scenario.robot.integrate(q, v, 2.0 * scenario.dt)",
+            "kinematics/stack.py",
+            "self.robot.integrate(q, mean, self.dt)",
+            "self.robot.integrate(q, mean, 2.0 * self.dt)",
         ),
     ),
     ("3.49", Fault("W⁻¹ is left out on the left", _FORMS, _WEIGHTED, "return pseudo_inverse(J @ inverse)")),

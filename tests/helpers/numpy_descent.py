@@ -31,7 +31,8 @@ def numpy_descent(
         r = account.rank
         least = min(least, account.kept)
         s = sigma[:r]
-        squared = damping(sigma, v)[:r]
+        moved = np.any(J != 0.0, axis=1)  # rows that no unknown moves are no singularity
+        squared = damping(sigma[: moved.sum()], v[moved])[:r]
         z = z + N @ (Vt[:r].T @ (s / (s**2 + squared) * (U[:, :r].T @ (v - J @ z))))
         N = N @ Vt[r:].T
         ranks.append(r)
