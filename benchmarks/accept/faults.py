@@ -320,8 +320,8 @@ _OF_CERTIFICATE = (
     Fault(
         "fits give violated rows one sign",
         "hierarchy/multipliers.py",
-        "return (lower == upper) | violated, side",
-        "return lower == upper, side",
+        "return (lower >= upper) | violated, side",
+        "return lower >= upper, side",
     ),
     Fault("fits forget the side", "hierarchy/multipliers.py", "y_signed = side * _non", "y_signed = _non"),
 )
@@ -571,6 +571,18 @@ _OF_KINEMATICS = (
         "kinematics/limit/acceleration.py",
         "if bound < brake:",
         "if bound != bound:",
+    ),
+    Fault(
+        "bounds that cross by rounding contradict each other",
+        "kinematics/limit/base.py",
+        "bounds[0, j] = bounds[1, j] = upper + ",
+        "bounds[0, j] = upper + ",
+    ),
+    Fault(
+        "bounds that contradict each other meet in the middle",
+        "kinematics/limit/base.py",
+        "if lower > upper and lower - upper <= CROSSED",
+        "if lower > upper or lower - upper <= -CROSSED",
     ),
     _constant("a link at its margin may move 1 cm", "CONTACT", "1e-9", "1e-2"),
     Fault(

@@ -239,7 +239,7 @@ def _feasibility(rows: Rows, x: Array, judged: _Judged) -> float:
     for j in range(n):
         gap = max(rows.box_lower[j] - x[j], x[j] - rows.box_upper[j])
         primal = max(primal, gap / max(1.0, abs(x[j])))
-        judged.sign_free[j] = rows.box_lower[j] == rows.box_upper[j]
+        judged.sign_free[j] = rows.box_lower[j] >= rows.box_upper[j]  # crossed by rounding
         missing |= np.isnan(x[j])
     for i in range(rows.lower.size):
         if rows.columns[i] >= 0:
@@ -254,7 +254,7 @@ def _feasibility(rows: Rows, x: Array, judged: _Judged) -> float:
         gap = max(rows.lower[i] - value, value - rows.upper[i])
         missing |= np.isnan(gap)
         judged.force[i] = 0.0
-        judged.sign_free[n + i] = rows.lower[i] == rows.upper[i]
+        judged.sign_free[n + i] = rows.lower[i] >= rows.upper[i]
         if i < hard:
             primal = max(primal, gap / max(judged.size[i], _largest_term(rows.A, i, x)))
         elif gap > 0.0:

@@ -78,7 +78,7 @@ def _roles(hierarchy: Hierarchy, x: Array, G: Array, near: float) -> tuple[Mask,
     violated = soft & (excess(value, lower, upper) > FIT_VIOLATED * scale)
     side = nearer_side(value, lower, upper)
     side[np.minimum(np.abs(value - lower), np.abs(upper - value)) > near * scale] = 0
-    return (lower == upper) | violated, side
+    return (lower >= upper) | violated, side
 
 
 def _fit(gradient: Array, free: Array, signed: Array, side: IntArray) -> tuple[Array, Array]:

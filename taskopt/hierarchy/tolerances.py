@@ -523,6 +523,14 @@ Smaller: the angle of a near target asks for very large velocities. Larger: near
 slowly.
 """
 
+CROSSED_BY_ROUNDING = 1e-9
+"""Amount [rad/s, m/s], relative to max(1, |bound|), by which bounds of a velocity cross and still meet.
+
+Bounds are distances over Δt, so that rounding errors of a position of 1e-16 grow with 1/Δt. Smaller: limits
+that leave a joint exactly one velocity contradict each other by rounding. Larger: limits that do contradict
+each other give way by half of it, unseen.
+"""
+
 CONTACT = 1e-9
 """Distance [m] beyond the margin below which a distance limit leaves a step this much to lose.
 

@@ -35,6 +35,7 @@ from taskopt.hierarchy.rank_doubt import new_watch, watch_size
 from taskopt.hierarchy.view import Rows, box_of, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.base import close_crossed
 from taskopt.kinematics.part import (
     BoxKernel,
     LiftKernel,
@@ -294,6 +295,7 @@ def fill_function(row_kernels: tuple[RowKernel, ...], box_kernels: tuple[BoxKern
                 fill_rows(index, parameters, memory, state, own)
             else:
                 narrow(-index, parameters, memory, state, bounds, place)
+        close_crossed(bounds)
         return flawed(rows)
 
     return fill
@@ -376,11 +378,14 @@ def lift_limit(A, lower, upper, v, dt):
 def lift_box(bounds, v, dt):
     """Turn bounds on single velocities of the next tick into bounds on single accelerations.
 
+    Bounds that cross by rounding meet in the middle before.
+
     Args:
         bounds: (4, nv), see `BoundLimit.narrow`; lower and upper bounds are overwritten by (bound − v)/Δt.
         v: Velocity of this tick, (nv,) [rad/s, m/s].
         dt: Δt [s].
     """
+    close_crossed(bounds)
     for j in range(v.size):
         bounds[0, j], bounds[1, j] = (bounds[0, j] - v[j]) / dt, (bounds[1, j] - v[j]) / dt
 

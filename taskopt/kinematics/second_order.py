@@ -32,6 +32,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.base import close_crossed
 from taskopt.kinematics.part import Part, RowPart, state_of
 from taskopt.kinematics.plan import lift_limit, motion_in, motion_size, state_ahead
 from taskopt.kinematics.task import BoundTask
@@ -135,6 +136,7 @@ class SecondOrder:
             before[:2] = bounds[:2] * self.dt + self.velocity
             after = before.copy()
             narrow(self.ahead, after, owner)
+            close_crossed(after)
             changed = after[:2] != before[:2]
             bounds[:2][changed] = ((after[:2] - self.velocity) / self.dt)[changed]
             bounds[2:] = after[2:]

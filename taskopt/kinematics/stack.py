@@ -29,6 +29,7 @@ from taskopt.kinematics.changes import Changes
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.gate import Gate
 from taskopt.kinematics.limit import BoundLimit, Limit, RateLimit
+from taskopt.kinematics.limit.base import close_crossed
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.limit.coupling import BoundCoupling
 from taskopt.kinematics.parameter import Setting
@@ -489,7 +490,12 @@ class Plan:
 
 def _narrow_of(narrow: Narrower) -> Narrower:
     """Return the function with which a limit narrows bounds in Python."""
-    return narrow
+
+    def narrow_and_close(configuration: Configuration, bounds: Array, owner: int) -> None:
+        narrow(configuration, bounds, owner)
+        close_crossed(bounds)
+
+    return narrow_and_close
 
 
 def _fill_of(part: RowPart) -> Filler:

@@ -9,6 +9,7 @@ velocity. Without a limit on acceleration, braking as hard as allowed means v = 
 from collections.abc import Sequence
 
 from taskopt.arrays import Array
+from taskopt.hierarchy.tolerances import CROSSED_BY_ROUNDING
 from taskopt.jit import kernel
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Shape
@@ -131,3 +132,19 @@ def narrow_one(bounds, j, lower, upper, owner):
         bounds[0, j], bounds[2, j] = lower, owner
     if not upper >= bounds[1, j]:
         bounds[1, j], bounds[3, j] = upper, owner
+
+
+@kernel
+def close_crossed(bounds):
+    """Let bounds of a velocity that cross by rounding only meet in the middle.
+
+    A joint that brakes as hard as it may in front of the end of its range has one velocity left, which two
+    limits compute in two ways. Bounds that cross by more contradict each other, and stay as they are.
+
+    Args:
+        bounds: (4, nv), see `BoundLimit.narrow`.
+    """
+    for j in range(bounds.shape[1]):
+        lower, upper = bounds[0, j], bounds[1, j]
+        if lower > upper and lower - upper <= CROSSED_BY_ROUNDING * max(1.0, abs(lower)):
+            bounds[0, j] = bounds[1, j] = upper + 0.5 * (lower - upper)

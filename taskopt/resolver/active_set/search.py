@@ -29,6 +29,7 @@ from taskopt.resolver.active_set.lexls import (
 )
 from taskopt.resolver.active_set.linalg import copy_into, row_values
 from taskopt.resolver.active_set.start import (
+    close_empty,
     correct_working_set,
     has_empty_interval,
     perturbed,
@@ -112,6 +113,8 @@ def _scaled(problem: Rows) -> ScaledRows:
         scale[i] = root * max(1.0, np.sqrt(declared))
         size[i] = max(np.sqrt(squared), LOST * scale[i])
         lower[i], upper[i] = problem.lower[i] * root, problem.upper[i] * root
+    close_empty(box_lower, box_upper, np.ones(n))
+    close_empty(lower, upper, size)
     return ScaledRows(S, scale, size, lower, upper, box_lower, box_upper, problem.offsets)
 
 

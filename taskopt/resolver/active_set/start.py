@@ -34,6 +34,21 @@ def has_empty_interval(rows: ScaledRows) -> bool:
 
 
 @kernel
+def close_empty(lower: Array, upper: Array, size: Array) -> None:
+    """Let bounds that cross by rounding only, so that phase one says that they agree, meet in the middle.
+
+    Args:
+        lower: (m,) lower bounds, changed in place.
+        upper: (m,) upper bounds, changed in place.
+        size: (m,) size of each row.
+    """
+    for i in range(lower.size):
+        gap = lower[i] - upper[i]
+        if 0.0 < gap <= SEARCH_AGREE * max(size[i], abs(lower[i])):
+            lower[i] = upper[i] = upper[i] + 0.5 * gap
+
+
+@kernel
 def correct_working_set(rows: ScaledRows, state: StateArray) -> None:
     """Correct W so that it holds every equality, and no row or unknown at an infinite bound.
 

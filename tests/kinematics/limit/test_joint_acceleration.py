@@ -6,8 +6,15 @@ import pytest
 from taskopt import Controller, JointTask, Robot, Stack
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit import JointAccelerationLimit
+from taskopt.kinematics.limit import (
+    BoundLimit,
+    JointAccelerationLimit,
+    JointPositionLimit,
+    JointVelocityLimit,
+    Limit,
+)
 from taskopt.kinematics.limit.acceleration import narrow_by_acceleration
+from taskopt.kinematics.limit.base import close_crossed
 from taskopt.kinematics.part import RobotState
 from taskopt.kinematics.robot import planar_arm
 from tests.helpers.robots import robot
@@ -191,3 +198,64 @@ def test_accelerations_that_make_no_sense_are_refused(acceleration, error):
     """Not positive, NaN, unknown joint."""
     with pytest.raises(error):
         JointAccelerationLimit(acceleration).bind(Robot.load("panda"), 1e-3)
+
+
+class PositionLimitInPython(Limit):
+    """q_min ≤ q + v Δt ≤ q_max, as an own limit states it."""
+
+    name = "own"
+
+    def bind(self, robot, dt):
+        return BoundPositionInPython(robot, dt)
+
+
+class BoundPositionInPython(BoundLimit):
+    """Its bounds, without a kernel."""
+
+    def __init__(self, robot, dt):
+        super().__init__("own")
+        self._robot, self._dt = robot, dt
+
+    def narrow(self, configuration, bounds, owner):
+        room = self._robot.position_lower - configuration.q, self._robot.position_upper - configuration.q
+        lower, upper = room[0] / self._dt, room[1] / self._dt
+        bounds[2][lower > bounds[0]], bounds[3][upper < bounds[1]] = owner, owner
+        bounds[0], bounds[1] = np.maximum(bounds[0], lower), np.minimum(bounds[1], upper)
+
+
+@pytest.mark.parametrize("position", [JointPositionLimit, PositionLimitInPython])
+@pytest.mark.parametrize(("end", "seed"), [(5.0, 0), (-5.0, 1), (5.0, 2), (-5.0, 3), (5.0, 4), (-5.0, 5)])
+def test_limits_that_leave_one_velocity_do_not_contradict_each_other_by_rounding(position, end, seed):
+    """A joint that brakes as hard as it may ends on its range: both limits ask for the same velocity."""
+    rng, dt = np.random.default_rng(seed), 1e-2
+    arm = planar_arm(lower=-rng.uniform(0.3, 1.0), upper=rng.uniform(0.3, 1.0), velocity=2.0)
+    a = rng.uniform(0.5, 3.0)
+    limits = [position(), JointVelocityLimit(), JointAccelerationLimit(a)]
+    stack = Stack([[JointTask(np.full(arm.nv, end), gain=50.0)]], limits=limits)
+    control, q, v = Controller(arm, stack, dt=dt), np.zeros(arm.nv), np.zeros(arm.nv)
+    for k in range(200):
+        found = control.step(q, k * dt)
+        assert found.claimed
+        assert (np.abs(found.v - v) <= a * dt + 1e-9).all()
+        q, v = arm.integrate(q, found.v, dt), found.v
+        assert (arm.position_lower - 1e-9 <= q).all()
+        assert (q <= arm.position_upper + 1e-9).all()
+    assert np.abs(q).max() == pytest.approx(arm.position_upper[0] if end > 0.0 else -arm.position_lower[0])
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(1.0, 1.0 - 1e-13), (-1e-12, -2e-12), (300.0, 300.0 - 1e-8)])
+def test_bounds_that_cross_by_rounding_meet_in_the_middle(lower, upper):
+    """Both bounds become the same number between the two, so that an equality is left."""
+    bounds = np.array([[lower], [upper], [1.0], [2.0]])
+    close_crossed(bounds)
+    assert bounds[0, 0] == bounds[1, 0]
+    assert upper <= bounds[0, 0] <= lower
+    assert bounds[2:].ravel().tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(1e-8, 0.0), (0.0, 1e-13), (2.0, 1.0), (-np.inf, np.inf)])
+def test_bounds_that_contradict_each_other_stay(lower, upper):
+    """More than rounding is a contradiction, which is reported; bounds that do not cross are kept."""
+    bounds = np.array([[lower], [upper], [1.0], [2.0]])
+    close_crossed(bounds)
+    assert bounds[:2].ravel().tolist() == [lower, upper]

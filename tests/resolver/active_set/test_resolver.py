@@ -171,6 +171,30 @@ def test_a_saturated_stream_is_proven_tick_by_tick(seed):
         assert resolution.kkt_met(), k
 
 
+@pytest.mark.parametrize("gap", [1e-16, 6.6e-14, 5e-10])
+def test_bounds_that_cross_by_rounding_agree(gap: float) -> None:
+    """As phase one says, too; x is within the gap of both bounds, and the KKT conditions are met."""
+    hierarchy = _with_crossed_bounds(gap)
+    found, _ = ActiveSet()(hierarchy)
+    assert found.claimed
+    assert found.kkt_met()
+    assert found.x == pytest.approx([0.5, 1.5], abs=gap)
+
+
+def test_bounds_that_cross_by_more_are_infeasible() -> None:
+    """No compromise between bounds that contradict each other is returned."""
+    found, _ = ActiveSet()(_with_crossed_bounds(1e-6))
+    assert found.status is Status.INFEASIBLE
+    assert np.isnan(found.x).all()
+
+
+def _with_crossed_bounds(gap: float) -> Hierarchy:
+    """x₀ + x₁ = 2 where the bounds of x₀, 0.5 + gap and 0.5, cross, as those of a plan may do."""
+    hierarchy = Hierarchy([Level([[1.0, 1.0]], [2.0])], box=([0.5, -5.0], [0.5, 5.0]))
+    hierarchy.box_lower[0] += gap
+    return hierarchy
+
+
 def test_contradicting_hard_rows_are_infeasible():
     """x ≥ 1 in a row against x ≤ 0 in the box has no answer that could be sent to a robot."""
     hierarchy = Hierarchy(
