@@ -282,7 +282,7 @@ def show_inventory(console: Console, part: str = "") -> None:
     if rows.row_count:
         console.print(rows)
     plain = [name for name in resolver_names() if "/" not in name or name.startswith("dls")]
-    families = "wqp/<solver>, hqp/<solver>, cvxpy/<solver>"
+    families = "wqp/<solver>, pqp/<solver>, hqp/<solver>, cvxpy/<solver>"
     if found := [name for name in [*plain, families] if part in name]:
         console.print(f"resolvers: {', '.join(found)}", highlight=False)
     scenarios = ["demo", *map(str, scenario_files())]

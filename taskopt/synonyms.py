@@ -28,6 +28,8 @@ SYNONYMS: tuple[tuple[str, str], ...] = (  # what is said, and the names here; t
     ("lm damping, singularity robust, level damping", "DampedTask LevelDamping DampedLeastSquares"),
     ("jacobian transpose, transposed jacobian", "Transpose transpose"),
     ("jacobian, compute jacobian, frame jacobian", "geometric_jacobian analytical_jacobian"),
+    ("saturation, esns, task scaling, velocity saturation", "sns"),
+    ("singularity robust task priority, chiaverini", "srtp"),
     ("weighted, qp, weighted qp, soft priorities", "WeightedQP wqp/proxqp"),
     ("hierarchical, hierarchical qp, lexicographic, strict priorities", "HierarchicalQP hqp/daqp active-set"),
     ("sot, stack of tasks, task stack, problem", "Stack Hierarchy"),

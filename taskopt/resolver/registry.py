@@ -1,4 +1,7 @@
-"""Resolvers by name: "active-set", "pinv", "transpose", "sns", "dls", "hqp/…", "wqp/…" and "cvxpy/<solver>".
+"""Resolvers by name: "active-set", "pinv", "transpose", "srtp", "sns", "dls" and families with a solver.
+
+The families are "hqp/<solver>", "wqp/<solver>", "pqp/<solver>" and "cvxpy/<solver>"; "wqp@0.01/<solver>" is
+"wqp/<solver>" with the ratio 0.01 between levels.
 
 To add a resolver to taskopt, write a class (see `taskopt.resolver.base.Resolver`) and add a line to one of
 the two tables below. For a resolver outside the package, call `register_resolver`.
@@ -17,6 +20,8 @@ from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.null_space_saturation import NullSpaceSaturation
+from taskopt.resolver.projected import ProjectedQP
+from taskopt.resolver.robust_priority import RobustPriority
 from taskopt.resolver.transpose import Transpose
 from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.cvxpy import ENGINES
@@ -27,12 +32,14 @@ DEFAULT = "active-set"
 _PLAIN: dict[str, Callable[[], Resolver]] = {  # and what users register
     "pinv": PseudoInverse,
     "transpose": Transpose,
+    "srtp": RobustPriority,
     "sns": NullSpaceSaturation,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
     "active-set": ActiveSetWithFallback,
 }
 _WITH_SOLVER: dict[str, Callable[[str], Resolver]] = {
     "wqp": WeightedQP,
+    "pqp": ProjectedQP,
     "hqp": HierarchicalQP,
     "cvxpy": CvxpyModel,
 }
@@ -48,7 +55,7 @@ def resolver(name: str) -> Resolver:
         A new resolver.
 
     Raises:
-        InvalidValue: `name` is not a string.
+        InvalidValue: `name` is not a string, or the ratio in it is none.
         UnknownName: There is no such resolver; the message suggests similar names.
         NotInstalled: The package of its solver cannot be imported.
     """
@@ -57,13 +64,17 @@ def resolver(name: str) -> Resolver:
     if name in _PLAIN:
         return _PLAIN[name]()
     family, _, engine = name.partition("/")
-    if family not in _WITH_SOLVER or engine not in _engines(family):
+    family, at, ratio = family.partition("@")
+    if at and family == "wqp" and engine in _engines(family):
+        return WeightedQP(solver(engine).name, _ratio(ratio, name))
+    if at or family not in _WITH_SOLVER or engine not in _engines(family):
         raise UnknownName("resolver", name, resolver_names())
     return _WITH_SOLVER[family](solver(engine).name)
 
 
 def resolver_names() -> tuple[str, ...]:
-    """Return the names of all resolvers, including those whose solver is not installed."""
+    """Return the names of all resolvers, including those whose solver is not installed;
+    those with a ratio, such as "wqp@0.01/daqp", are not listed."""
     return (*_PLAIN, *(f"{family}/{engine}" for family in _WITH_SOLVER for engine in _engines(family)))
 
 
@@ -138,6 +149,17 @@ def register_resolver(make: Callable[[], Resolver], *, replace: bool = False) ->
         )
     _PLAIN[made.name] = make
     return made
+
+
+def _ratio(text: str, name: str) -> float:
+    """Return the ratio in the name of a weighted resolver."""
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InvalidValue(
+            f"'{name}' needs a number in (0, 1] after @, the weight of a level over that of the level before "
+            f"it, as in 'wqp@0.01/daqp'; got '{text}'"
+        ) from error
 
 
 def _engines(family: str) -> tuple[str, ...]:

@@ -27,10 +27,16 @@ from taskopt.solver.registry import missing_solvers, solver_versions, solvers
 
 FILE = "rows.jsonl"
 _OUTPUT = "output.txt"
-PLAIN = ("active-set", "pinv", "dls", "transpose", "sns")
+PLAIN = ("active-set", "pinv", "dls", "transpose", "srtp", "sns")
+APPROXIMATE = (
+    "pqp/daqp",
+    "wqp@0.1/daqp",
+    "wqp@0.01/daqp",
+    "wqp@0.0001/daqp",
+)  # one solver shows what they do
 FAMILIES = ("hqp", "wqp")
 _OWN_TOLERANCES = ("hqp/",)  # one family is enough to see what a solver's own tolerances give
-_WITHOUT_MEMORY = ("hqp/", "wqp/", "cvxpy/", "sns")  # they state that they use no warm start
+_WITHOUT_MEMORY = ("hqp/", "wqp", "pqp/", "cvxpy/", "sns", "srtp")  # they state that they use no warm start
 _MUST_AGREE = ("versions", "machine", "repeats")
 
 
@@ -41,13 +47,13 @@ def standard_resolvers(*, full: bool = False) -> tuple[str, ...]:
         full: True for those of the full report, with CVXPY's models.
 
     Returns:
-        The plain ones, and one of each family for each installed solver.
+        The plain ones, one of each family for each installed solver, and further ways with one solver.
     """
     names = [row.name for row in solvers() if row.installed]
     families = (*FAMILIES, "cvxpy") if full else FAMILIES
     made = [f"{family}/{name}" for family in families for name in names]
     there = resolver_names()  # CVXPY does not know all of them
-    return (*PLAIN, *(name for name in made if name in there))
+    return (*PLAIN, *(name for name in made if name in there), *APPROXIMATE)
 
 
 @dataclass(frozen=True)

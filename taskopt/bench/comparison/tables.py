@@ -123,9 +123,10 @@ def limits_of_comparison(rows: Results) -> Iterator[str]:
     )
     yield (
         "The exact optimum is that of strict levels. wqp/ promises another one, that of its weighted "
-        "problem: its claims are judged by that, its distance and right by strict levels. pinv, dls and "
-        "transpose claim nothing, and keep no limits; sns claims nothing, and scales levels instead of "
-        "minimising them."
+        "problem, and pqp/ that of its projected one: their claims are judged by that, their distance and "
+        "right by strict levels. wqp@R/ has the ratio R between the weights of levels. pinv, dls, transpose "
+        "and srtp claim nothing, and keep no limits; srtp keeps priorities, and does not minimise lower "
+        "levels; sns claims nothing, and scales levels instead of minimising them."
     )
     yield (
         f"Each problem is timed {rows.conditions['repeats']} times (once if it takes more than 20 ms), after "
