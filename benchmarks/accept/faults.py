@@ -148,6 +148,13 @@ _OF_SEARCH = (
         "elif outcome != outcome:",
     ),
     Fault("a compromise between contradicting limits is returned", _TICK, "x[j] = np.nan  #", "pass  #"),
+    _constant("digits that rows lose are not won back", "DIGITS_LOST", "2e-7", "0.0"),
+    Fault(
+        "a direction that rounding makes is brought back",
+        "resolver/active_set/resolver.py",
+        "if not found.candidates or found.doubtful:",
+        "if not found.candidates:",
+    ),
     Fault("ticks are never seen to alternate", _TICK, "= like_previous > like_last", "= False"),
 )
 

@@ -354,6 +354,14 @@ Smaller: as for SEARCH_MOVED. Larger: steps between perturbed bounds, of about S
 none.
 """
 
+DIGITS_LOST = 2e-7
+"""Share of a row that no row before it has, below which x is taken from its enclosure in a proof.
+
+It is multiplied by the largest |x_j|: rounding errors are as large as x, and grow by the inverse of the
+share. Smaller: claimed answers are wrong by more than ACCURACY. Larger: ticks near a singularity take
+milliseconds for digits that the search had right.
+"""
+
 # --- Poses, directions, targets -----------------------------------------------------------------------
 
 ROTATION = 1e-6

@@ -28,6 +28,8 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
             W, x, λ ← search(W)                                                  search.search
         residuals ← certificate of (x, λ) on the rows as declared                hierarchy.certificate
         if they are too large: once more from the empty W, certify again                               [c]
+        if they still are, or rows of W nearly depend on each other:
+            x ← enclosure of the optimum that W leads to             resolver.take_enclosed            [k]
 
     search(W):                                                    E Sect. 5, Algorithm 6
         scale rows by √w and unknowns by √W                                      search._scaled
@@ -59,8 +61,8 @@ search cycle. Rows that depend on others of their level or before get the multip
 Our own heuristics have no counterpart in E and D. A search in exact arithmetic on a problem without ties
 needs none of them, and none can make a wrong answer pass, since its KKT residuals are looked at. The tests
 in tests/resolver/active_set/test_heuristics.py that fail without one of them carry its letter ([a] is tested
-in test_resolver.py; [h] has no such test: of 3,000 hierarchies with nearly opposed rows, one ends elsewhere
-without it):
+in test_resolver.py, [k] in test_scaled.py; [h] has no such test: of 3,000 hierarchies with nearly opposed
+rows, one ends elsewhere without it):
 
     [a] alternation      where ticks alternate between two working sets, start from the last but one
     [b] fast path        the closed form of `fast_path`, with four attempts and one refinement
@@ -72,6 +74,7 @@ without it):
     [h] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
     [i] other bound      a two-sided row that is dropped beyond its other bound is held there
     [j] second fit       an x that misses its KKT conditions gets other multipliers, found for it
+    [k] enclosure        where digits are lost, x comes from the double-double numbers of a proof
 
 Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `fast_path`, `linalg`, `tick`,
 `resolver`.

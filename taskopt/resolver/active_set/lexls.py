@@ -109,6 +109,27 @@ def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop
 
 
 @kernel
+def weakest_pivot(size: Array, factor: Factor) -> float:
+    """Return the least part of a pivot that is orthogonal to the pivots before, relative to its size.
+
+    Digits of x are lost in proportion to its inverse.
+
+    Args:
+        size: (M,) norm of each row.
+        factor: The factorisation that `factorise` filled.
+
+    Returns:
+        The least share, at most 1.
+    """
+    least = 1.0
+    for k in range(factor.ranks.size - 1):
+        first, r0, r1 = factor.starts[k], factor.ranks[k], factor.ranks[k + 1]
+        for p in range(r0, r1):
+            least = min(least, abs(factor.L[first + p - r0, p]) / size[factor.order[first + p - r0]])
+    return least
+
+
+@kernel
 def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, rank: Count) -> None:
     """Reflect rows `top` to `count` so that row `top` is zero right of column `rank`."""
     f, norm = L.shape[1], 0.0

@@ -10,14 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
+from taskopt.hierarchy.certificate import certify
+from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof.judging import judge
+from taskopt.hierarchy.proof import judge, prove
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.hierarchy.view import answer_of
 from taskopt.resolver.active_set.full_norm import resolve_full_norm
 from taskopt.resolver.active_set.tick import ALTERNATES, LAST, PREVIOUS, LazyTick, new_history
-from taskopt.resolver.active_set.workspace import Outcome
+from taskopt.resolver.active_set.workspace import Held, Outcome
 from taskopt.resolver.base import Memory, checked, fit_again
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.tick_review import TickReview
@@ -28,7 +31,9 @@ _STATUS = {
     Outcome.CONTRADICTION: Status.INFEASIBLE,
     Outcome.NOT_FINITE: Status.FAILED,
     Outcome.KKT_MISSED: Status.FAILED,
+    Outcome.NEARLY_DEPENDENT: Status.SOLVED,
 }
+_TO_ENCLOSE = (Outcome.KKT_MISSED, Outcome.NEARLY_DEPENDENT, Outcome.CONTRADICTION)
 _run_tick = LazyTick()
 
 
@@ -91,9 +96,11 @@ def resolution_of(
 ) -> Resolution:
     """Make a resolution of the arrays that a compiled entry filled.
 
-    If an answer misses its KKT conditions, other multipliers are computed for its x. If it misses them with
-    these as well, only a proof that x is the optimum counts: where rows of one level differ in size by many
-    powers of ten, no tolerance on a residual fits all of them. Else the status is FAILED.
+    Where rows nearly depend on each other, or an answer misses its KKT conditions, x is taken from the
+    enclosure of the optimum that the working set leads to. If there is none and the answer misses its KKT
+    conditions, other multipliers are computed for its x. If it misses them with these as well, only a proof
+    that x is the optimum counts: where rows of one level differ in size by many powers of ten, no tolerance
+    on a residual fits all of them. Else the status is FAILED.
 
     Args:
         hierarchy: The problem.
@@ -105,8 +112,41 @@ def resolution_of(
     Returns:
         The resolution, without any fallback.
     """
-    if outcome == Outcome.KKT_MISSED:
+    if outcome in _TO_ENCLOSE and take_enclosed(hierarchy, answer, state):
+        outcome = Outcome.SOLVED
+    elif outcome == Outcome.KKT_MISSED:
         x = answer_of(answer, hierarchy.n, hierarchy.layout.row_count, hierarchy.layout.level_count).x
         if fit_again(hierarchy, answer) or judge(hierarchy, x, state).proven:
             outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)
+
+
+def take_enclosed(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:
+    """Replace x by the middle of an enclosure of the optimum, if the working set leads to a narrow one.
+
+    Args:
+        hierarchy: The problem.
+        answer: (layout.answer_size,) of which x, multipliers and residuals are replaced.
+        state: (n + M,) the final working set; the set of the optimum replaces it.
+
+    Returns:
+        True if x was replaced: then every entry is within `ACCURACY` · max(1, |x_i|) of the optimum.
+    """
+    found = prove(hierarchy, state.copy())
+    if not found.candidates or found.doubtful:  # ranks up to rounding are a matter of the search
+        return False
+    layout = hierarchy.layout
+    if (found.distance(found.x) > ACCURACY * np.maximum(1.0, np.abs(found.x))).any():
+        return False
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    parts.x[:] = np.clip(found.x, hierarchy.box_lower, hierarchy.box_upper)
+    own = certify(hierarchy, parts.x, parts.multipliers)
+    parts.residuals[:] = own.residuals
+    if not own.kkt_met():
+        fitted = find_multipliers(hierarchy, parts.x)
+        other = certify(hierarchy, parts.x, fitted)
+        if other.worst < own.worst:
+            parts.multipliers[:], parts.residuals[:] = fitted, other.residuals
+    lower, upper = hierarchy.bounds()
+    state[:] = np.where(lower == upper, Held.UPPER, found.state)
+    return True

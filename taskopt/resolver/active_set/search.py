@@ -26,6 +26,7 @@ from taskopt.resolver.active_set.lexls import (
     new_factor,
     solve_levels,
     unknowns_into,
+    weakest_pivot,
 )
 from taskopt.resolver.active_set.linalg import copy_into, row_values
 from taskopt.resolver.active_set.start import (
@@ -55,7 +56,7 @@ from taskopt.resolver.active_set.workspace import (
 @kernel_apart
 def search(
     problem: Rows, state: StateArray, x: Array, multipliers: Array, first: Count, limit: int
-) -> tuple[Outcome, Count]:
+) -> tuple[Outcome, Count, float]:
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
     The first search starts from the given working set. If it does not end within `first` factorisations, a
@@ -72,24 +73,25 @@ def search(
         limit: Largest number of factorisations of both searches.
 
     Returns:
-        The `Outcome` and the number of factorisations.
+        The `Outcome`, the number of factorisations, and the least share of a row of the last working set that
+        no row before it has; 1 if no share was computed.
     """
     n = x.size
     rows = _scaled(problem)
     if has_empty_interval(rows):
         for j in range(n):
             x[j] = np.nan
-        return Outcome.CONTRADICTION, 0
+        return Outcome.CONTRADICTION, 0, 1.0
     here = Point(x, np.empty(rows.lower.size))
     correct_working_set(rows, state)
-    outcome, rounds = _iterate(
+    outcome, rounds, weakest = _iterate(
         rows, state, here, multipliers, np.bool_(True), min(first, limit), SEARCH_MOVED
     )
     if outcome != Outcome.SOLVED and rounds < limit:
-        outcome, more = _second_search(rows, state, here, multipliers, rounds, limit - rounds)
+        outcome, more, weakest = _second_search(rows, state, here, multipliers, rounds, limit - rounds)
         rounds += more
     _unscale(problem, state, x, multipliers)
-    return outcome, rounds
+    return outcome, rounds, weakest
 
 
 @kernel
@@ -139,7 +141,7 @@ def _unscale(problem: Rows, state: StateArray, x: Array, multipliers: Array) -> 
 @kernel_apart
 def _second_search(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, turn: Count, limit: Count
-) -> tuple[Outcome, Count]:
+) -> tuple[Outcome, Count, float]:
     """Search with perturbed bounds, from zero if that keeps the hard rows, else with an empty W."""
     near, from_zero = perturbed(rows, turn), zero_is_feasible(rows)
     if from_zero:
@@ -148,12 +150,12 @@ def _second_search(
         for j in range(state.size):
             state[j] = Held.FREE
     correct_working_set(rows, state)
-    outcome, rounds = _iterate(
+    outcome, rounds, weakest = _iterate(
         near, state, here, multipliers, np.bool_(not from_zero), limit, SEARCH_MOVED_PERTURBED
     )
     if outcome == Outcome.SOLVED:
         _resolve_true_bounds(rows, state, here, multipliers)
-    return outcome, rounds
+    return outcome, rounds, weakest
 
 
 @kernel
@@ -180,7 +182,7 @@ def _resolve_true_bounds(rows: ScaledRows, state: StateArray, here: Point, multi
 def _iterate(
     rows: ScaledRows, state: StateArray, here: Point, multipliers: Array, from_guess: bool | np.bool_,
     limit: Count, moved: float,
-) -> tuple[Outcome, Count]:  # fmt: skip
+) -> tuple[Outcome, Count, float]:  # fmt: skip
     """Add and drop rows of W until it is optimal: the loop of the search.
 
     Args:
@@ -193,13 +195,13 @@ def _iterate(
         moved: Relative change of an unknown up to which a step counts as none.
 
     Returns:
-        The `Outcome` and the number of factorisations.
+        The `Outcome`, the number of factorisations, and the least share as of `search`.
     """
-    n, count = here.x.size, here.value.size
+    n, count, weakest = here.x.size, here.value.size, 1.0
     goal = Point(np.empty(n), np.empty(count))
     locks = Locks(np.zeros(n + count, np.bool_), np.zeros(n + count, np.bool_))
     for iteration in range(1, limit + 1):
-        leaving = _solve(rows, state, locks.locked, goal.x, multipliers)
+        leaving, weakest = _solve(rows, state, locks.locked, goal.x, multipliers)
         row_values(rows.A, goal.x, goal.value)
         if from_guess:
             from_guess = False
@@ -225,10 +227,10 @@ def _iterate(
             continue
         _move_to(here, goal)
         if leaving < 0:
-            return _verdict(rows, goal.value), iteration
+            return _verdict(rows, goal.value), iteration, weakest
         locks.dropped[leaving] = True
         state[leaving] = _side_after(rows, state[leaving], leaving - n, goal.value)
-    return Outcome.ITERATION_LIMIT, limit
+    return Outcome.ITERATION_LIMIT, limit, weakest
 
 
 @kernel
@@ -248,8 +250,13 @@ def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
 
 
 @kernel_apart
-def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipliers: Array) -> int:
-    """Solve the hierarchy with the rows of W as equalities; return the row to drop from W, or −1."""
+def _solve(
+    rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipliers: Array
+) -> tuple[int, float]:  # fmt: skip
+    """Solve the hierarchy with the rows of W as equalities.
+
+    Returns the row to drop from W, or −1; and the least share of a pivot that no row before it has.
+    """
     n, count, levels = x.size, rows.lower.size, rows.offsets.size - 1
     target, held = np.empty(count), 0.0
     for j in range(n):
@@ -267,7 +274,8 @@ def _solve(rows: ScaledRows, state: StateArray, locked: Mask, x: Array, multipli
     solution = LevelSolution(np.empty(factor.free.size), np.empty(count), np.empty(count))
     solve_levels(factor, rows.size, target, held, solution)
     unknowns_into(factor, solution.z, x)
-    return _row_to_drop(rows, factor, solution, state, x, locked, multipliers)
+    leaving = _row_to_drop(rows, factor, solution, state, x, locked, multipliers)
+    return leaving, weakest_pivot(rows.size, factor)
 
 
 @kernel_apart

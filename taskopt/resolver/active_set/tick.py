@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, StateArray
-from taskopt.hierarchy.certificate import certify_kernel
+from taskopt.hierarchy.certificate import certify_kernel, largest_entry
 from taskopt.hierarchy.layout import Layout
-from taskopt.hierarchy.tolerances import KKT_MET
+from taskopt.hierarchy.tolerances import DIGITS_LOST, KKT_MET
 from taskopt.hierarchy.view import Answer, Rows, view_answer, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import borrowed
@@ -105,14 +105,14 @@ def tick(
     limit = settings[1]
     copy_into(found.problem, buffer)
     _recall(history, state)
-    outcome, rounds = Outcome.SOLVED, np.int64(0)
+    outcome, rounds, weakest = Outcome.SOLVED, np.int64(0), 1.0
     if settings[0] == 0 or not _try_fast_path(problem, state, found):
-        outcome, rounds = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
+        outcome, rounds, weakest = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= KKT_MET):
         for i in range(state.size):  # once more, from an empty working set
             state[i] = Held.FREE
-        outcome, more = search(problem, state, x, multipliers, np.int64(1), limit)
+        outcome, more, weakest = search(problem, state, x, multipliers, np.int64(1), limit)
         rounds += more
         worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     _remember(history, state)
@@ -123,6 +123,8 @@ def tick(
         outcome = Outcome.NOT_FINITE
     elif outcome == Outcome.SOLVED and worst > KKT_MET:
         outcome = Outcome.KKT_MISSED
+    elif outcome == Outcome.SOLVED and weakest < DIGITS_LOST * max(1.0, largest_entry(x)):
+        outcome = Outcome.NEARLY_DEPENDENT
     return np.int64(outcome), rounds
 
 

@@ -54,6 +54,8 @@ class Outcome(IntEnum):
     """The search ended, but a KKT residual of its answer is larger than `KKT_MET`."""
     FAST_PATH_REFUSED = 5
     """Of a tick without the search: the fast path did not accept; nothing was answered or remembered."""
+    NEARLY_DEPENDENT = 6
+    """As SOLVED, but rows of the working set depend on each other so nearly that digits of x are lost."""
 
 
 class ScaledRows(NamedTuple):

@@ -10,6 +10,7 @@ from taskopt.bench.exact import exact_optimum
 from taskopt.bench.proof import is_wrong
 from taskopt.bench.scaled_problems import scaled_problem
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import Verdict
 from taskopt.resolver.active_set.resolver import ActiveSet
 from taskopt.resolver.active_set.search import search
 
@@ -36,3 +37,35 @@ def test_the_sign_of_a_short_row_is_found() -> None:
     x, state, multipliers = np.zeros(1), np.array([-1, 1], np.int8), np.zeros((2, 2))
     search(problem.rows, state, x, multipliers, np.int64(9), 9)
     assert x[0] == pytest.approx(asked, abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", [101, 121, 199, 218, 489])
+def test_rows_that_nearly_depend_on_each_other_cost_no_digits(seed: int) -> None:
+    """One row has a share of 1e-9 … 1e-6 that no other has; in double precision x is off by 1e-8 and more."""
+    for problem in scaled_problem("dependent rows", seed):
+        answer, _ = ActiveSet()(problem)
+        assert answer.claimed
+        assert not is_wrong(answer.x, exact_optimum(problem))
+        assert answer.certificate.verdict is Verdict.PROVEN
+        assert np.isfinite(answer.certificate.residuals).all()
+
+
+@pytest.mark.parametrize("share", [1e-12, 1e-11, 5e-11])
+def test_a_direction_that_rounding_makes_stays_given_up(share: float) -> None:
+    """x₀ = 1, then x₀ + share · x₁ = 2 would send x₁ to 1/share, while other rows need their digits back."""
+    near = Level([[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0 + 2e-7]], [1.0, 1.0])
+    tiny = [Level([[1.0, 0.0, 0.0, 0.0]], [1.0]), Level([[1.0, share, 0.0, 0.0]], [2.0])]
+    problem = Hierarchy([near, *tiny])
+    assert exact_optimum(problem)[1] > 1e9
+    answer, _ = ActiveSet()(problem)
+    assert answer.x == pytest.approx([1.0, 0.0, 1.0, 0.0], abs=1e-6)
+    assert answer.claimed
+
+
+def test_digits_are_won_back_where_limits_contradict_each_other_by_rounding() -> None:
+    """Hard rows that meet at x = (−1e8, 1e8): residuals of 1e-8 are rounding there, not a contradiction."""
+    share = 2.0**-27
+    rows = Level([[1.0, 1.0], [1.0, 1.0 + share], [0.0, 0.75]], [0.0, 1.0, 0.75 / share])
+    answer, _ = ActiveSet()(Hierarchy([], limits=rows))
+    assert answer.claimed
+    assert answer.x == pytest.approx([-1.0 / share, 1.0 / share], rel=1e-15)
