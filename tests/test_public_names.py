@@ -17,11 +17,11 @@ FACE = Path(taskopt.__file__)  # the tests also run away from the checkout
 
 
 def test_checkers_and_python_see_the_same_names() -> None:
-    """The imports for type checkers, `__all__` and `dir` agree, and every name is found where they say."""
-    block = next(node for node in ast.parse(FACE.read_text("utf-8")).body if isinstance(node, ast.If))
+    """The stub for type checkers, `__all__` and `dir` agree, and every name is found where they say."""
+    stub = ast.parse(FACE.with_suffix(".pyi").read_text("utf-8"))
     told = {
         alias.name: node.module
-        for node in block.body
+        for node in stub.body
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
         if alias.name == alias.asname

@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from taskopt.errors import UnknownName
-from taskopt.figures import algorithms, ellipsoids, rotations, singularities
+from taskopt.figures import algorithms, ellipsoids, rotations, singularities, workspace
 
 FIGURES: dict[str, Callable[[], Figure]] = {
     "3.3": singularities.fig_3_3,
@@ -29,6 +29,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "3.26": ellipsoids.fig_3_26,
     "3.27": ellipsoids.fig_3_27,
     "workspace": singularities.fig_workspace,
+    "panda_workspace": workspace.fig_panda_workspace,
 }
 """The function that draws each figure, by the number of the figure."""
 

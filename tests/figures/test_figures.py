@@ -11,7 +11,7 @@ from taskopt.figures.catalogue import FIGURES, render
 from taskopt.figures.style import number
 
 ROOT = Path(__file__).parents[2]
-OF_RUNS = {"3.15", "3.16", "3.17", "3.18", "3.19", "3.20", "3.26", "3.27"}
+OF_RUNS = {"3.15", "3.16", "3.17", "3.18", "3.19", "3.20", "3.26", "3.27", "panda_workspace"}
 STILL = sorted(set(FIGURES) - OF_RUNS)
 
 

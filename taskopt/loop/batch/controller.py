@@ -21,7 +21,7 @@ from taskopt.kinematics.task.aimed import AimedTask
 from taskopt.loop.batch.lockstep import Arms, new_memory, resolve_arms
 from taskopt.loop.batch.step import BatchStep
 from taskopt.loop.batch.targets import BatchTargets
-from taskopt.loop.loop import Loop, may_be_sent
+from taskopt.loop.loop import Loop
 from taskopt.resolver.registry import as_resolver
 
 
@@ -133,9 +133,13 @@ class BatchController:
         resolutions = {}
         kept, self._kept = self._kept, {}
         for arm in np.flatnonzero(~proven).tolist():
-            resolution = self._in_own_tick(arm, postures[arm], kept.get(arm))
+            try:
+                resolution = self._in_own_tick(arm, postures[arm], kept.get(arm))
+                v[arm] = resolution.v
+            except NotSolved as error:
+                resolution = cast("Resolution", error.resolution)
+                v[arm] = np.nan
             resolutions[arm], status[arm], bound[arm] = resolution, resolution.status, np.inf
-            v[arm] = resolution.v if may_be_sent(resolution) else np.nan
             self._state[arm] = resolution.state[:nv]
         return BatchStep(v, bound, self._state.copy(), proven, status, resolutions)
 
@@ -179,14 +183,14 @@ class BatchController:
                 done.result()
 
     def _in_own_tick(self, arm: int, q: Array, kept: object) -> Resolution:
-        """Resolve one arm as `Controller` does, from the memory of its last such tick."""
+        """Resolve one arm as `Controller` does, from the memory of its last such tick.
+
+        Raises `NotSolved` if there is no answer that may be sent.
+        """
         self._targets.give(arm)
         self._loop.forget()
         if kept is not None:
             self._loop.remember(kept)
-        try:
-            resolution = self._loop.tick(q, 0.0)
-        except NotSolved as error:
-            return cast("Resolution", error.resolution)
+        resolution = self._loop.tick(q, 0.0)
         self._kept[arm] = self._loop.recall()
         return resolution

@@ -32,6 +32,9 @@ ELLIPSOID, FORCE_ELLIPSOID, OBSTACLE = 0xF0C43C50, 0x6FC2B0B0, 0x8C7BA6B0
 NEAR, ACTIVE_LABEL = 0xE8E3D0FF, 0xFFC0C0FF
 """Lines between nearest points whose limit is not active; the number beside a line whose limit is."""
 
+RAMP = (0x46307EFF, 0x365C8DFF, 0x1FA187FF, 0x9FDA3AFF, 0xFDE725FF)
+"""From small to large values, growing brighter, for points in the scene."""
+
 BACKGROUND, GRID = 0x101217FF, 0x3C424E6E
 """The background of the scene, and the grid on its floor."""
 
@@ -112,6 +115,22 @@ def packed_colour(channels: NDArray[np.float64]) -> int:
     """
     r, g, b, a = (round(255 * float(channel)) for channel in np.clip(channels, 0.0, 1.0))
     return (r << 24) | (g << 16) | (b << 8) | a
+
+
+def ramp(share: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Choose colours for numbers, between the colours of `RAMP`.
+
+    Args:
+        share: The numbers, (k,), from 0 to 1.
+
+    Returns:
+        Red, green and blue of each, (k, 3).
+    """
+    corners = np.linspace(0.0, 1.0, len(RAMP))
+    channels = [
+        np.interp(share, corners, [(colour >> shift) & 0xFF for colour in RAMP]) for shift in (24, 16, 8)
+    ]
+    return np.stack(channels, axis=1).round().astype(np.uint8)
 
 
 def _mixed_with_white(colour: int, share: float) -> int:

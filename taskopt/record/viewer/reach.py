@@ -1,0 +1,97 @@
+"""The recording of a map of reachable poses: points in the scene, and the robot in each of its postures."""
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from taskopt.arrays import Array
+from taskopt.errors import InvalidValue
+from taskopt.loop.batch.reach import ReachMap
+from taskopt.record.viewer.arrangement import Arrangement, Camera, arrange
+from taskopt.record.viewer.palette import BACKGROUND, FREE, GRID, TARGET, colours, ramp
+from taskopt.record.viewer.paths import data_path
+from taskopt.record.viewer.robot3d import RobotDrawing
+from taskopt.record.viewer.writer import TIME, RecordingWriter
+
+_RATE = 10  # postures that are shown in a second
+_POINT, _PLACE = 0.012, 0.03  # share of the size of the scene
+_FLAT = 0.05  # poses whose depth is a smaller share of their extent are looked at along the normal
+_AWAY = 1.0  # distance of the camera from such a map, as a share of the size of the scene
+_AT, _VALUE = "/world/at", data_path("map", "manipulability")
+
+
+def record_reach_map(found: ReachMap, path: str | Path) -> Path:
+    """Record a map of reachable poses for Rerun's viewer.
+
+    A point stands at each pose: dark where it was not reached, else the brighter, the larger the
+    manipulability. Over time the robot takes the posture of each reached pose, in the order of the poses.
+
+    Args:
+        found: The map.
+        path: The file to write, which ends with `.rrd`, in an existing folder.
+
+    Returns:
+        The path.
+
+    Raises:
+        InvalidValue: No pose is reached, the name ends otherwise, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix != ".rrd":
+        raise InvalidValue(f"a recording is a file *.rrd, got {path}")
+    reached = np.flatnonzero(found.reached)
+    if not reached.size:
+        raise InvalidValue(f"there is nothing to record: {found!r}")
+    points = found.poses[:, :3, 3]
+    drawing = RobotDrawing(found.robot)
+    scene = arrange([points, drawing.corners(found.q[reached[0]])], 1)
+    writer = RecordingWriter(path, f"{found.robot.name} reaches", _layout(found, _camera(points, scene)))
+    writer.log_static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    value, size = found.manipulability[reached], _POINT * scene.size
+    shades = ramp(value / max(float(value.max()), np.finfo(np.float64).tiny))
+    writer.log_static("/world/reached", rr.Points3D(points[reached], colors=shades, radii=size))
+    missed = np.delete(points, reached, axis=0)
+    writer.log_static("/world/missed", rr.Points3D(missed, colors=colours(FREE), radii=0.4 * size))
+    drawing.draw(writer, "/world/robot")
+    tick = np.arange(reached.size)
+    time = (tick * (1_000_000_000 // _RATE)).astype("timedelta64[ns]")
+    drawing.move(writer, "/world/robot", tick, time, found.q[reached])
+    look = rr.Points3D.from_fields(colors=colours(TARGET), radii=_PLACE * scene.size)
+    writer.log_static(_AT, look)
+    at = rr.Points3D.columns(positions=points[reached]).partition(np.ones(reached.size, dtype=np.int64))
+    writer.send_columns(_AT, tick, time, at)
+    writer.send_columns(_VALUE, tick, time, rr.Scalars.columns(scalars=value))
+    writer.close()
+    return path
+
+
+def _layout(found: ReachMap, camera: Camera) -> rrb.Blueprint:
+    """Lay out the scene above the plot of the manipulability."""
+    reached = f"{found.reached.sum()} of {len(found.poses)} poses reached"
+    view = rrb.Spatial3DView(
+        name=f"{found.frame} of {found.robot.name}: {reached}",
+        origin="/world",
+        eye_controls=rrb.EyeControls3D(
+            position=camera.position, look_target=camera.look_target, eye_up=camera.up
+        ),
+        line_grid=rrb.LineGrid3D(visible=True, color=GRID),
+        background=rrb.Background(kind=rrb.BackgroundKind.SolidColor, color=BACKGROUND),
+    )
+    plot = rrb.TimeSeriesView(name="Manipulability of the posture", origin=_VALUE)
+    time = rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused")
+    panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden"), time
+    return rrb.Blueprint(rrb.Vertical(view, plot, row_shares=[4.0, 1.0]), *panels, auto_views=False)
+
+
+def _camera(points: Array, scene: Arrangement) -> Camera:
+    """Choose a camera that looks at points in a vertical plane from the front, and at others from aside."""
+    usual = scene.camera(1)
+    _, extent, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    normal = axes[-1]
+    if len(points) < 4 or extent[-1] > _FLAT * extent[0] or abs(normal[2]) > 0.5:
+        return usual
+    side = np.sign(normal @ (usual.position - usual.look_target)) or 1.0
+    centre = 0.5 * (scene.lower + scene.upper)
+    return usual._replace(position=centre + side * _AWAY * scene.size * normal, look_target=centre)
