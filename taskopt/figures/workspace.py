@@ -17,6 +17,7 @@ def fig_panda_workspace() -> Figure:
     poses[:, 0, 3], poses[:, 2, 3] = np.repeat(_X, _Z.size), np.tile(_Z, _X.size)
     value = reach_map(robot, "panda_hand_tcp", poses).manipulability.reshape(_X.size, _Z.size)
     figure = new_figure(4.0)
+    figure.set_layout_engine("compressed")  # else the bar stands far from axes of equal scales
     axes = plane_axes(figure)
     axes.set_axisbelow(True)
     drawn = axes.pcolormesh(_X, _Z, value.T, shading="nearest", cmap="viridis", zorder=2)
