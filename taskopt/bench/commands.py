@@ -122,12 +122,12 @@ def proof(
 
     Also lie to the judge, and compare answers to larger problems with each other.
 
-    The exit code is 1 if a wrong answer is proven, an error bound is below the true error, or two answers
-    differ by more than their bounds.
+    The last table compares the figures with what is asked for. The exit code is 1 if one of them misses it.
     """
     from rich.console import Console
     from rich.progress import track
 
+    from taskopt.bench import asked as requirements
     from taskopt.bench import lies as attempts
     from taskopt.bench.proof import RESOLVERS, measure, table, verdict
     from taskopt.bench.scaled_problems import FAMILIES
@@ -142,9 +142,12 @@ def proof(
         told += of_family or [attempts.Lies(family)]
         deque(attempts.compare(told[-1], pairs, ("active-set", "hqp/clarabel"), seed), maxlen=0)
     out = terminal()
-    for shown in (table(tallies), verdict(tallies), attempts.table(told), attempts.verdict(told)):
+    asked = requirements.asked(tallies, told)
+    out.print(f"{2 * ((problems + 1) // 2) * len(FAMILIES)} problems with exact references", highlight=False)
+    parts = table(tallies), verdict(tallies), attempts.table(told), attempts.verdict(told)
+    for shown in (*parts, requirements.table(asked)):
         out.print(shown, highlight=False, markup=False)
-    if not all(part.clean for part in (*tallies, *told)):
+    if not all(one.met for one in asked):
         raise typer.Exit(1)
 
 

@@ -168,6 +168,9 @@ def _no_level(rng: np.random.Generator, n: int) -> _Parts:
     return replace(parts, target=hard @ inside, norm=_spread(rng, 3.0, n))
 
 
+DEPENDENT = "dependent rows"
+"""The family whose rows depend on each other up to rounding, so that not every right answer can be proven."""
+
 FAMILIES: dict[str, Draw] = {
     "well scaled": _plain,
     "no level": _no_level,
@@ -180,7 +183,7 @@ FAMILIES: dict[str, Draw] = {
     "norms 1e±4": _norms,
     "bounds 1e-9…1e9": _bounds,
     "light rows": _light,
-    "dependent rows": _dependent,
+    DEPENDENT: _dependent,
 }
 """Families by name."""
 

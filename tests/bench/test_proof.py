@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from taskopt.arrays import Array
+from taskopt.bench import asked as requirements
 from taskopt.bench import lies as attempts
 from taskopt.bench.exact import as_floats, exact_optimum
 from taskopt.bench.lies import Lies, compare, try_lies
@@ -89,6 +90,44 @@ def test_the_tally_sees_a_wrong_answer_that_is_proven() -> None:
     Console(file=shown, width=120).print(table([tally, tally]))
     assert "well scaled" in shown.getvalue()
     assert "2 wrong, of which 2 are claimed and 2 are proven; 2 error bounds" in verdict([tally, tally])
+
+
+FINE = Tally("rows 1e±3", "active-set", right=1000, unproven=9, bounds=[1e-16, 1e-11, 1e-3])
+TOLD = Lies("rows 1e±3", moved=3, ratios=[1.0, 900.0, 1e9])
+
+
+def test_measurements_that_show_what_is_asked_for() -> None:
+    """Shares and medians below what is asked for, no lie proven, families with dependent rows apart."""
+    apart = Tally("dependent rows", "active-set", right=10, unproven=9)
+    assert all(one.met for one in requirements.asked([FINE, apart], [TOLD]))
+    assert all(one.met for one in requirements.asked([], []))
+
+
+@pytest.mark.parametrize(
+    ("tally", "lies", "missed"),
+    [
+        (replace(FINE, proven=1), TOLD, "wrong and proven"),
+        (replace(FINE, broken=1), TOLD, "error bound below the true error"),
+        (FINE, replace(TOLD, broken=1), "error bound below the true error"),
+        (replace(FINE, unproven=11), TOLD, "right but not proven, share of a family, within 10^±3"),
+        (
+            replace(FINE, family="rows 1e±6", unproven=51),
+            TOLD,
+            "right but not proven, share of a family, beyond",
+        ),
+        (replace(FINE, bounds=[2e-10]), TOLD, "error bound / max|x|, median, within 10^±3"),
+        (FINE, replace(TOLD, ratios=[1001.0]), "error bound / true error, median of moved answers"),
+        (FINE, replace(TOLD, proven=1), "lies proven"),
+        (FINE, replace(TOLD, apart=1), "pairs of answers further apart than their bounds"),
+    ],
+)
+def test_a_measurement_that_misses_what_is_asked_for_is_named(tally: Tally, lies: Lies, missed: str) -> None:
+    """One figure too many, and no other requirement is missed."""
+    found = requirements.asked([tally], [lies])
+    assert [one.what for one in found if not one.met] == [missed]
+    shown = StringIO()
+    Console(file=shown, width=120).print(requirements.table(found))
+    assert shown.getvalue().count("missed") == 1
 
 
 @pytest.mark.parametrize(
