@@ -19,6 +19,7 @@ from taskopt.resolver.closed_form_resolvers import DampedLeastSquares, PseudoInv
 from taskopt.resolver.cvxpy_model import CvxpyModel
 from taskopt.resolver.fallback import ActiveSetWithFallback
 from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.native import NativeHierarchy
 from taskopt.resolver.null_space_saturation import NullSpaceSaturation
 from taskopt.resolver.projected import ProjectedQP
 from taskopt.resolver.robust_priority import RobustPriority
@@ -33,6 +34,7 @@ _PLAIN: dict[str, Callable[[], Resolver]] = {  # and what users register
     "pinv": PseudoInverse,
     "transpose": Transpose,
     "srtp": RobustPriority,
+    "daqp-hierarchy": NativeHierarchy,
     "sns": NullSpaceSaturation,
     **{row.name: partial(DampedLeastSquares, row.damping) for row in map(DampedLeastSquares, POLICIES)},
     "active-set": ActiveSetWithFallback,

@@ -36,6 +36,8 @@ _OPTIONS: dict[str, dict[str, float]] = {
     "piqp": {"check_duality_gap": True, "max_iter": 60},  # solved programs take 22, seldom more
     "highs": {"time_limit": 1.0},  # [s] its quadratic method can cycle for ever
 }
+_LEAST = 1e-13  # tolerance that any solver is asked for
+_FINEST = {"ecos": 1e-10, "cvxopt": 1e-10, "kvxopt": 1e-10, "qpalm": 1e-11}  # below, they give up often
 _INFINITY = {"piqp": 1e30}  # PIQP takes inf for a number
 
 
@@ -45,7 +47,7 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     Args:
         name: Name of the solver in qpsolvers.
         qp: The program.
-        accuracy: Requested tolerance, at least 1e-13.
+        accuracy: Requested tolerance; no solver is asked for less than it can reach.
 
     Returns:
         The solution. qpsolvers does not distinguish infeasible programs from failures, so that the status is
@@ -54,7 +56,8 @@ def solve(name: str, qp: QuadraticProgram, accuracy: float) -> Solution:
     Raises:
         NotInstalled: The package qpsolvers cannot be imported.
     """
-    options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), max(accuracy, 1e-13))
+    tolerance = max(accuracy, _FINEST.get(name, _LEAST))
+    options: dict[str, float] = dict.fromkeys(_TOLERANCES.get(name, ()), tolerance)
     return _solve(name, qp, options | _OPTIONS.get(name, {}))
 
 

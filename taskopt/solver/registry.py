@@ -105,6 +105,7 @@ _TABLE = (
         most_iterations=_MOST,
     ),
     Solver("quadprog", "dual active set", 1e-11, "quadprog", "quadprog", False, most_iterations=_MOST),
+    Solver("elastiqp", "dual active set", 1e-11, "elastiqp", "elastiqp", False, "elastic"),
     Solver("piqp", "proximal interior point", 1e-6, "piqp", "piqp", False, most_iterations=_MOST),
     # Of 1000 random programs it gave up 11, and called 2 solved with an error of 0.5: held to nothing.
     Solver("highs", "active set", math.inf, "highspy", "highspy", False),
@@ -200,7 +201,7 @@ def at_defaults(name: str) -> str:
 
 PACKAGES = {
     "copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "hpipm": "hpipm-python",
-    "jaxopt_osqp": "jaxopt", "mosek": "mosek", "proxqp": "proxsuite", "sip": "sip-python",
+    "jaxopt_osqp": "jaxopt", "mosek": "mosek", "proxqp": "proxsuite", "sip": "sip-qp-python",
 }  # fmt: skip
 """Distributions of solvers of qpsolvers that are called otherwise than the solver."""
 

@@ -15,9 +15,9 @@ from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.qp import QuadraticProgram, Solution, kkt_residuals
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.registry import resolve
-from taskopt.solver import registry
+from taskopt.solver import qpsolvers, registry
 from taskopt.solver.base import Solve
-from taskopt.solver.registry import Solver, register_solver, solver, solvers
+from taskopt.solver.registry import Solver, missing_solvers, register_solver, solver, solvers
 from taskopt.testing.solver import check_solver, random_program
 
 INSTALLED = [row for row in solvers() if row.installed]
@@ -174,6 +174,29 @@ def test_not_a_number_is_no_answer() -> None:
         kkt_residuals(qp, Solution(np.array([np.nan]), np.empty(0), np.zeros(1), Status.SOLVED))
         == (np.inf,) * 4
     )
+
+
+@pytest.mark.parametrize(("name", "finest"), [("ecos", 1e-10), ("qpalm", 1e-11), ("scs", 1e-13)])
+def test_no_solver_is_asked_for_more_than_it_can_reach(
+    name: str, finest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tolerance below it would make ECOS give up most programs; coarser ones are handed on as they are."""
+    asked: list[float] = []
+
+    def remember(package: Any, problem: Any, name: str, options: dict[str, float]) -> None:
+        asked.append(min(value for key, value in options.items() if key in ("eps_abs", "abstol")))
+
+    monkeypatch.setattr(qpsolvers, "_solved", remember)
+    for accuracy in (1e-15, 1e-6):
+        qpsolvers.solve(name, random_program(0), accuracy)
+    assert asked == [finest, 1e-6]
+
+
+def test_elastiqp_is_a_line_of_the_table_and_missing_where_it_is_not_installed() -> None:
+    """With the argument of pip; `sip` is called otherwise there."""
+    known = {row.name: row for row in solvers()}
+    assert known["elastiqp"].installed != ("elastiqp" in missing_solvers())
+    assert missing_solvers().get("sip", "sip-qp-python") == "sip-qp-python"
 
 
 def test_unknown_solvers_get_the_nearest_match() -> None:

@@ -126,7 +126,8 @@ def limits_of_comparison(rows: Results) -> Iterator[str]:
         "problem, and pqp/ that of its projected one: their claims are judged by that, their distance and "
         "right by strict levels. wqp@R/ has the ratio R between the weights of levels. pinv, dls, transpose "
         "and srtp claim nothing, and keep no limits; srtp keeps priorities, and does not minimise lower "
-        "levels; sns claims nothing, and scales levels instead of minimising them."
+        "levels; sns claims nothing, and scales levels instead of minimising "
+        "them. daqp-hierarchy is judged by strict levels, which it claims."
     )
     yield (
         f"Each problem is timed {rows.conditions['repeats']} times (once if it takes more than 20 ms), after "
@@ -198,7 +199,12 @@ def _sets(rows: Results) -> Table:
 
 def _solvers(rows: Results) -> Table:
     """Make the table of versions, and of solvers that are not there."""
-    there = [(name, number, "") for name, number in rows.conditions["versions"].items()]
+    late = "compiles for each size of a problem: tried by --full, or if it is named"
+    left_out = rows.conditions.get("left_out", [])  # which older rows do not have
+    there = [
+        (name, number, late if name in left_out else "")
+        for name, number in rows.conditions["versions"].items()
+    ]
     gone = [(name, "not installed", f"pip install {pip}") for name, pip in rows.conditions["missing"].items()]
     note = "Of the solvers that are not installed, some need a licence or a compiler."
     return Table(
