@@ -23,118 +23,140 @@ Source: the threshold is that of the step of Gauss and Newton, as in Pfeiffer, E
 (2023), "The Hierarchical Newton's Method for Numerically Stable Prioritized Dynamic Control".
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
-from taskopt.arrays import Array, IntArray, Mask
-from taskopt.hierarchy.tolerances import (
-    DEPENDENT_DIRECTION,
-    FREE_DIRECTION_WEIGHT,
-    REST_LEAST,
-    THRESHOLD_FOUND,
-)
+from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.directions import singular_values
+from taskopt.hierarchy.tolerances import DEPENDENT_DIRECTION, REST_LEAST, THRESHOLD_FOUND
+from taskopt.jit import kernel, kernel_apart
 
 _ROUNDS = 60  # of the fixed point of ε²; its first value is an upper bound, and each round lowers it
 
 
-class Directions(NamedTuple):
-    """Directions of one level that are damped.
-
-    Attributes:
-        threshold: ε², in the unit of σ²; 0 if nothing is damped.
-        damped: k_i v_iᵀ for each damped direction, (r, n).
-        gate: 1 − σ_min²/ε², 0 if nothing is damped.
-    """
-
-    threshold: float
-    damped: Array
-    gate: float
-
-
+@kernel_apart
 def damped_directions(
-    A: Array, b: Array, groups: Sequence[IntArray], free: Array, dt: float, before: Array | None = None
-) -> Directions:
-    """Return the damping of one level.
+    A: Array, b: Array, group: IntArray, free: Array, taken: int, dt: float, rows: Array
+) -> tuple[float, float, int]:
+    """Find the damping of one level.
 
     Args:
         A: Rows of the level, each times √w, (m, n).
         b: Right-hand sides, each times √w, less what the held directions contribute, (m,).
-        groups: Indices of the curved rows, by task and unit.
-        free: Orthonormal basis of the directions that are free, (n, f).
+        group: Number of the group of each curved row, by task and unit, from 1 on; 0 or less for a row that
+            is not curved, (m,). The rows of a group stand together.
+        free: Orthonormal basis of the directions that are free, one in each row, (f, n).
+        taken: Number of directions that the level lacks because levels before it have them; these are no loss
+            of rank to be damped.
         dt: Δt [s].
-        before: Basis of the directions that are free of limits, (n, e), levels before left out of account.
-            What the level cannot do because a level before does it is no loss of rank to be damped. None for
-            the same as `free`.
+        rows: (≥ min(m, f), n) filled with k_i v_iᵀ for each damped direction.
 
     Returns:
-        The directions.
+        The threshold ε², in the unit of σ²; the gate 1 − σ_min²/ε²; and the number of damped directions. All
+        are 0 if nothing is damped.
     """
-    nothing = Directions(0.0, np.zeros((0, A.shape[1])), 0.0)
-    if not free.shape[1] or not groups:
-        return nothing
-    U, sigma, Vt = np.linalg.svd(A @ free, full_matrices=False)
-    inside = U.T @ b
-    levers = [float(np.linalg.norm(A[rows], axis=0).max()) for rows in groups]
-
-    def threshold(left: Array) -> float:
-        """Return Δt Σ R ‖r‖ for what is left of b."""
-        pairs = zip(levers, groups, strict=True)
-        return dt * sum(lever * float(np.linalg.norm(left[rows])) for lever, rows in pairs)
-
-    limit = threshold(b)
+    m, f = A.shape[0], free.shape[0]
+    levers = _levers(A, group)
+    if m == 0 or f == 0 or levers.max() == 0.0:
+        return 0.0, 0.0, 0
+    U, sigma, Vt = singular_values(_turned(A, free))
+    inside, left = np.zeros(sigma.size), b.copy()
+    for a in range(sigma.size):
+        for i in range(m):
+            inside[a] += U[i, a] * b[i]
+    limit, lower = dt * _weighed(left, group, levers), 0.0
     for _ in range(_ROUNDS):
         if limit < REST_LEAST:
-            return nothing
-        lower = threshold(b - U @ (np.minimum(1.0, sigma**2 / limit) * inside))
-        found, limit = lower > (1.0 - THRESHOLD_FOUND) * limit, lower
+            return 0.0, 0.0, 0
+        for i in range(m):
+            left[i] = b[i]
+            for a in range(sigma.size):
+                left[i] -= U[i, a] * (min(1.0, sigma[a] * sigma[a] / limit) * inside[a])
+        lower = dt * _weighed(left, group, levers)
+        found = lower > (1.0 - THRESHOLD_FOUND) * limit
+        limit = lower
         if found:
             break
-    weak = sigma**2 < limit
-    if before is not None:
-        size = float(np.linalg.norm(A))
-        taken = max(0, _rank(A @ before, size) - _rank(A @ free, size))
-        weak[len(sigma) - taken :] = False
-    if limit < REST_LEAST or not weak.any():
-        return nothing
-    rows = np.sqrt(limit - sigma[weak] ** 2)[:, None] * (Vt[weak] @ free.T)
-    return Directions(limit, rows, 1.0 - float(sigma[weak][-1]) ** 2 / limit)
+    count, weakest = 0, 0.0
+    for a in range(sigma.size - taken):
+        square = sigma[a] * sigma[a]
+        if limit >= REST_LEAST and square < limit:
+            _turn_back(Vt, a, free, np.sqrt(limit - square), rows[count])
+            count, weakest = count + 1, square
+    return (limit, 1.0 - weakest / limit, count) if count > 0 else (0.0, 0.0, 0)
 
 
-def _rank(rows: Array, size: float) -> int:
-    """Return the number of singular values that are more than rounding errors of rows of some size."""
-    return int((np.linalg.svd(rows, compute_uv=False) > DEPENDENT_DIRECTION * size).sum())
-
-
-def free_rows(held: Array, moved: Mask, gate: float, size: float) -> Array:
-    """Return the rows √μ n that damp the free directions of a level in the level below.
+@kernel
+def rank_within(A: Array, free: Array) -> int:
+    """Return the number of singular values of rows within directions that are more than rounding errors.
 
     Args:
-        held: All rows that are decided, those of the level and its damping included, (m, n).
-        moved: True for each unknown that moves the level, (n,).
-        gate: `Directions.gate`.
-        size: The largest w ‖a‖² of a row of the level below.
+        A: Rows, (m, n).
+        free: Orthonormal basis of the directions, one in each row, (f, n).
 
     Returns:
-        Rows, (f, n).
+        The rank, at most min(m, f).
     """
-    others = np.eye(held.shape[1])[~moved]
-    return np.sqrt(FREE_DIRECTION_WEIGHT * gate * size) * null_space(np.vstack([held, others])).T
+    if A.shape[0] == 0 or free.shape[0] == 0:
+        return 0
+    squares, rank = 0.0, 0
+    for i in range(A.shape[0]):
+        for j in range(A.shape[1]):
+            squares += A[i, j] * A[i, j]
+    _, sigma, _ = singular_values(_turned(A, free))
+    for value in sigma:
+        rank += value > DEPENDENT_DIRECTION * np.sqrt(squares)
+    return rank
 
 
-def null_space(rows: Array) -> Array:
-    """Return an orthonormal basis of the directions that some rows leave free.
+@kernel
+def _turned(A: Array, free: Array) -> Array:
+    """Return A Z, with the directions Z in the rows of `free`."""
+    turned = np.zeros((A.shape[0], free.shape[0]))
+    for i in range(A.shape[0]):
+        for a in range(free.shape[0]):
+            for j in range(A.shape[1]):
+                turned[i, a] += A[i, j] * free[a, j]
+    return turned
 
-    Args:
-        rows: Rows of any length, (m, n); each is scaled to length 1 to decide on the rank.
 
-    Returns:
-        The basis, (n, f).
-    """
-    length = np.linalg.norm(rows, axis=1)
-    unit = rows[length > 0.0] / length[length > 0.0, None]
-    if not len(unit):
-        return np.eye(rows.shape[1])
-    _, sigma, Vt = np.linalg.svd(unit)
-    return Vt[int((sigma > DEPENDENT_DIRECTION).sum()) :].T
+@kernel
+def _turn_back(Vt: Array, a: int, free: Array, size: float, row: Array) -> None:
+    """Write k v_aᵀ, with v_a given within the directions `free`."""
+    for j in range(row.size):
+        total = 0.0
+        for c in range(free.shape[0]):
+            total += Vt[a, c] * free[c, j]
+        row[j] = size * total
+
+
+@kernel
+def _levers(A: Array, group: IntArray) -> Array:
+    """Return the lever arm R of the group of each row, 0 for rows that are not curved, (m,)."""
+    m, n = A.shape
+    levers, start = np.zeros(m), 0
+    while start < m:
+        stop = start + 1
+        while stop < m and group[stop] == group[start]:
+            stop += 1
+        largest = 0.0
+        for j in range(n):
+            squares = 0.0
+            for i in range(start, stop):
+                squares += A[i, j] * A[i, j]
+            largest = max(largest, squares)
+        for i in range(start, stop):
+            levers[i] = np.sqrt(largest) if group[start] > 0 else 0.0
+        start = stop
+    return levers
+
+
+@kernel
+def _weighed(left: Array, group: IntArray, levers: Array) -> float:
+    """Return Σ_g R_g ‖r_g‖ for what is left of b."""
+    total, squares = 0.0, 0.0
+    for i in range(left.size):
+        squares += left[i] * left[i]
+        if i + 1 == left.size or group[i + 1] != group[i]:
+            total += levers[i] * np.sqrt(squares)
+            squares = 0.0
+    return total

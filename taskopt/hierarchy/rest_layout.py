@@ -1,13 +1,13 @@
 """The layout of a hierarchy with rows of `RestDamping` beside its declared rows."""
 
 from collections.abc import Container
-from itertools import chain
 
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.layout import Block, Layout, numbered
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.hierarchy.rest_rows import OF_DAMPING
 
 
 def groups_of(layout: Layout, curved: Container[str]) -> IntArray:
@@ -31,12 +31,6 @@ def groups_of(layout: Layout, curved: Container[str]) -> IntArray:
     return groups
 
 
-def _split(groups: IntArray, rows: slice) -> list[IntArray]:
-    """Return the rows of each group of a level."""
-    numbers = dict.fromkeys(number for number in groups[rows].tolist() if number)
-    return [np.flatnonzero(groups == number) for number in numbers]
-
-
 class RestLayout:
     """A hierarchy like another one, with n rows of damping for each level that has curved rows, and n below.
 
@@ -48,9 +42,9 @@ class RestLayout:
         declared: Layout of the hierarchy as declared.
         layout: Layout with the rows of damping at the end of their levels.
         sources: For each row the declared row that it copies, or −1.
-        groups: For each level k, from 1 on, the curved rows by task and unit.
-        damping: Rows that damp level k, by k.
-        below: Rows of level k + 1 that damp the free directions of level k, by k.
+        kinds: For each row the number of its group, from 1 on, 0 if it is not curved, or OF_DAMPING, (M,).
+        places: Where the n rows begin that damp level k, and the n rows of level k + 1 that damp its free
+            directions; −1 for none, (2, levels + 1).
     """
 
     def __init__(self, declared: Layout, groups: IntArray) -> None:
@@ -64,7 +58,7 @@ class RestLayout:
         added = list(zip(extra, names[len(declared.blocks) :], strict=True))
         blocks: list[Block] = []
         sources: list[int] = []
-        rows: dict[tuple[int, bool], slice] = {}
+        starts: dict[tuple[int, bool], int] = {}
         directions = tuple(f"direction {i + 1}" for i in range(n))
         for k in range(declared.level_count + 1):
             for block in (block for block in declared.blocks if block.level == k):
@@ -77,7 +71,7 @@ class RestLayout:
                     place, below = len(sources), what.startswith("free")
                     sources += [-1] * n
                     blocks.append(Block(name, k, place, len(sources), directions, ("",) * n))
-                    rows[level - below, below] = slice(place, len(sources))
+                    starts[level - below, below] = place
         self.sources: IntArray = np.array(sources, dtype=np.int64)
         columns = tuple(int(declared.columns[i]) if i >= 0 else -1 for i in sources)
         self.layout = Layout(
@@ -88,10 +82,10 @@ class RestLayout:
             columns,
             declared.unknown_units,
         )
-        self.damping = {k: own for (k, below), own in rows.items() if not below}
-        self.below = {k: own for (k, below), own in rows.items() if below}
-        of_row = np.where(self.sources >= 0, np.append(groups, 0)[self.sources], 0)
-        self.groups = {k: _split(of_row, self.layout.rows_of_level(k)) for k in self.damping}
+        self.places: IntArray = np.full((2, declared.level_count + 1), -1)
+        for (k, below), first in starts.items():
+            self.places[int(below), k] = first
+        self.kinds = np.where(self.sources >= 0, np.append(groups, 0)[self.sources], OF_DAMPING)
 
     def hierarchy(self, norm: Array) -> Hierarchy:
         """Return a hierarchy of this layout in new memory, with open rows of damping.
@@ -100,50 +94,8 @@ class RestLayout:
             norm: W, (n,) or (n, n).
 
         Returns:
-            The hierarchy; `copy_declared` fills the other rows.
+            The hierarchy; `taskopt.hierarchy.rest_rows` fills it.
         """
         made = Hierarchy.view(self.layout, np.zeros(self.layout.size), norm)
         made.weight[:] = 1.0
         return made
-
-    def copy_declared(self, declared: Hierarchy, into: Hierarchy) -> None:
-        """Copy the declared rows and the box, and open all rows of damping.
-
-        Args:
-            declared: A hierarchy of the declared layout.
-            into: A hierarchy of this layout, which is written to.
-        """
-        own, rows = self.sources >= 0, self.sources[self.sources >= 0]
-        into.A[own], into.lower[own], into.upper[own] = (
-            declared.A[rows],
-            declared.lower[rows],
-            declared.upper[rows],
-        )
-        into.weight[own], into.label[own] = declared.weight[rows], declared.label[rows]
-        into.box_lower[:], into.box_upper[:], into.owner[:] = (
-            declared.box_lower,
-            declared.box_upper,
-            declared.owner,
-        )
-        self.open(into)
-
-    def open(self, hierarchy: Hierarchy) -> None:
-        """Take the bounds of all rows of damping away, so that they ask for nothing.
-
-        Args:
-            hierarchy: A hierarchy of this layout, which is written to.
-        """
-        for rows in chain(self.damping.values(), self.below.values()):
-            hierarchy.A[rows] = 0.0
-            hierarchy.lower[rows], hierarchy.upper[rows] = -np.inf, np.inf
-
-    def write(self, hierarchy: Hierarchy, place: slice, rows: Array) -> None:
-        """Write rows of damping, each with the right-hand side 0.
-
-        Args:
-            hierarchy: A hierarchy of this layout, which is written to.
-            place: One of `damping` or `below`, whose rows are open.
-            rows: At most n rows, (r, n).
-        """
-        hierarchy.A[place][: len(rows)] = rows
-        hierarchy.lower[place][: len(rows)] = hierarchy.upper[place][: len(rows)] = 0.0

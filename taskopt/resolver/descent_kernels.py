@@ -14,6 +14,7 @@ Computations", Sect. 5.2.
 import numpy as np
 
 from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.directions import singular_values
 from taskopt.hierarchy.view import Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.linalg import dot_row
@@ -299,36 +300,6 @@ def _solve_damped(B: Array, diagonal: Array, squared: float, lower: bool, y: Arr
     _solve_upper(stacked, own, side)
     for a in range(r):
         y[a] = side[a]
-
-
-@kernel
-def singular_values(M: Array) -> tuple[Array, Array, Array]:
-    """Decompose M = U Σ Vᵀ with all right singular vectors, also of a matrix with one column or none.
-
-    Args:
-        M: (m, p) matrix, m > 0.
-
-    Returns:
-        U (m, min(m, p)) or (m, m), the singular values, falling, and Vᵀ (p, p).
-    """
-    m, p = M.shape
-    if p > 1:
-        U, sigma, Vt = np.linalg.svd(M, m < p)
-    else:
-        U, sigma, Vt = np.zeros((m, p)), np.zeros(p), np.ones((p, p))
-        for a in range(p):
-            largest = 0.0
-            for i in range(m):
-                largest = max(largest, abs(M[i, a]))
-            squares = 0.0
-            for i in range(m):
-                U[i, a] = M[i, a] / largest if largest > 0.0 else 0.0
-                squares += U[i, a] * U[i, a]
-            size = np.sqrt(squares)
-            sigma[a] = largest * size
-            for i in range(m):
-                U[i, a] /= size if size > 0.0 else 1.0
-    return U, sigma, Vt
 
 
 @kernel

@@ -32,10 +32,11 @@ from taskopt import (
     resolve,
     run,
 )
-from taskopt.arrays import Array, Mask, StateArray
+from taskopt.arrays import Array, StateArray
+from taskopt.hierarchy.directions import null_space
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
-from taskopt.hierarchy.rest import Directions, damped_directions, free_rows, null_space
+from taskopt.hierarchy.rest import damped_directions
 from taskopt.kinematics.limit.bound_distance import SpeedBounds
 from taskopt.loop.rest import Rest
 
@@ -177,17 +178,15 @@ def test_an_arm_rests_although_the_undamped_answer_leaves_nothing_to_damp(
 ) -> None:
     """The first look of each tick, at the undamped answer, is made blind at rest."""
     found, control = steps(STRETCHED)
-    control, directions, blind = deepcopy(control), Rest._directions, [True]
+    control, damp_free, blind = deepcopy(control), Rest._damp_free, [True]
     q = panda().posture("default")
     for tick in found:
         q = panda().integrate(q, tick.v, DT)
 
-    def first_blind(
-        rest: Rest, x: Array, state: StateArray, held: tuple[Mask, Mask]
-    ) -> dict[int, Directions]:
-        return {} if blind and blind.pop() else directions(rest, x, state, held)
+    def first_blind(rest: Rest, x: Array, state: StateArray, speed: float) -> int:
+        return 0 if blind and blind.pop() else damp_free(rest, x, state, speed)
 
-    monkeypatch.setattr(Rest, "_directions", first_blind)
+    monkeypatch.setattr(Rest, "_damp_free", first_blind)
     fresh, after = Controller(panda(), hand_stack(STRETCHED), dt=DT).step(q, 3.0), [found[-1]]
     for k in range(5):
         blind[:] = [True]
@@ -243,38 +242,68 @@ def by_definition(A: np.ndarray, b: np.ndarray, dt: float, damped: np.ndarray) -
     return dt * np.linalg.norm(A, axis=0).max() * np.linalg.norm(b - A @ x), float(np.linalg.norm(x))
 
 
+def found_directions(A: Array, b: Array, free: Array, dt: float = DT) -> tuple[float, float, Array]:
+    """ε², the gate, and the rows of damping of a level whose rows are of one group."""
+    rows = np.full((len(A), A.shape[1]), np.nan)
+    group = np.ones(len(A), dtype=np.int64)
+    threshold, gate, count = damped_directions(A, b, group, free, 0, dt, rows)
+    return threshold, gate, rows[:count]
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_the_threshold_is_that_of_the_residual_it_leaves(seed: int) -> None:
     """ε² = Δt R ‖b − A x‖ at the damped least squares x, and the damped rows have singular values of ε."""
     rng = np.random.default_rng(seed)
     U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
     A, b = U @ np.diag([1.0, 0.5, 10.0 ** -rng.uniform(2.0, 4.0)]) @ Vt, rng.standard_normal(3)
-    found = damped_directions(A, b, [np.arange(3)], np.eye(6), DT)
-    assert found.threshold > 0.0
-    assert 0.0 < found.gate <= 1.0
-    residual, _ = by_definition(A, b, DT, found.damped)
-    assert found.threshold == pytest.approx(residual, rel=5e-3)
-    together = np.linalg.svd(np.vstack([A, found.damped]), compute_uv=False)[:3]
-    assert together.min() == pytest.approx(np.sqrt(found.threshold), rel=1e-6)
+    threshold, gate, damped = found_directions(A, b, np.eye(6))
+    assert threshold > 0.0
+    assert 0.0 < gate <= 1.0
+    residual, _ = by_definition(A, b, DT, damped)
+    assert threshold == pytest.approx(residual, rel=5e-3)
+    together = np.linalg.svd(np.vstack([A, damped]), compute_uv=False)[:3]
+    assert together.min() == pytest.approx(np.sqrt(threshold), rel=1e-6)
 
 
 def test_what_can_be_met_is_not_damped() -> None:
     """Nor where nothing is curved or free; but a step that a weak direction makes too long is."""
     rng = np.random.default_rng(0)
     A = rng.standard_normal((3, 6))
-    assert damped_directions(A, A @ rng.standard_normal(6), [np.arange(3)], np.eye(6), 1e-3).threshold == 0.0
-    assert damped_directions(A, np.ones(3), [], np.eye(6), DT).threshold == 0.0
-    assert damped_directions(A, np.ones(3), [np.arange(3)], np.zeros((6, 0)), DT).threshold == 0.0
+    assert found_directions(A, A @ rng.standard_normal(6), np.eye(6), 1e-3)[0] == 0.0
+    assert found_directions(A, np.ones(3), np.zeros((0, 6)))[0] == 0.0
+    straight, rows = np.zeros(3, dtype=np.int64), np.zeros((3, 6))
+    assert damped_directions(A[:, :1], np.ones(3), straight, np.eye(1), 0, DT, rows[:, :1])[0] == 0.0
+    assert damped_directions(A[:, :1], np.ones(3), straight + 1, np.eye(1), 0, 1e3, rows[:, :1])[0] > 0.0
     nearly = np.array([[1.0, 0.0, 0.0], [1.0, 1e-4, 0.0]])
-    assert damped_directions(nearly, np.array([1.0, -1.0]), [np.arange(2)], np.eye(3), DT).threshold > 1e-3
+    assert found_directions(nearly, np.array([1.0, -1.0]), np.eye(3))[0] > 1e-3
 
 
-def test_free_rows_span_what_is_free_and_spare_what_moves_nothing() -> None:
-    """Their weight is 1e4 times the gate and the rows below."""
-    held, moved = np.array([[1.0, 0.0, 0.0, 0.0]]), np.array([True, True, True, False])
-    rows = free_rows(held, moved, 0.25, 4.0)
-    np.testing.assert_allclose(rows.T @ rows, 1e4 * np.diag([0.0, 1.0, 1.0, 0.0]), atol=1e-9)
-    np.testing.assert_allclose(null_space(np.zeros((2, 3))), np.eye(3))
+def test_directions_that_levels_before_have_are_no_loss_of_rank() -> None:
+    """Of two rows one is lost, and it is damped unless it was taken."""
+    A, group = np.array([[1.0, 0.0], [0.0, 0.0]]), np.ones(2, dtype=np.int64)
+    rows = np.zeros((2, 2))
+    for taken, count in ((0, 1), (1, 0)):
+        assert damped_directions(A, np.ones(2), group, np.eye(2), taken, DT, rows)[2] == count
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_null_space_is_that_of_singular_values(seed: int) -> None:
+    """Rows of any size, some that depend on others; the basis stays within the columns."""
+    rng = np.random.default_rng(seed)
+    m, n = int(rng.integers(0, 9)), int(rng.integers(1, 9))
+    rows = rng.standard_normal((m + 2, n)) * 10.0 ** rng.uniform(-6.0, 6.0, (m + 2, 1))
+    if m > 2:
+        rows[m - 1] = rows[0] + 3.0 * rows[1]
+        rows[1] = 0.0 if seed % 2 else rows[1]
+    columns = rng.random(n) < 0.8
+    basis = null_space(rows, m, columns)
+    length = np.linalg.norm(rows[:m], axis=1, keepdims=True)
+    unit = (rows[:m] / np.where(length > 0.0, length, 1.0))[:, columns]
+    rank = int((np.linalg.svd(unit, compute_uv=False) > 1e-9).sum()) if unit.size else 0
+    assert basis.shape == (columns.sum() - rank, n)
+    np.testing.assert_allclose(basis @ basis.T, np.eye(len(basis)), atol=1e-12)
+    np.testing.assert_allclose(basis[:, columns] @ unit.T, 0.0, atol=1e-9)
+    np.testing.assert_array_equal(basis[:, ~columns], 0.0)
 
 
 def doubt(rows: np.ndarray, b: np.ndarray, x: np.ndarray, watch: np.ndarray | None = None) -> bool:
@@ -297,7 +326,7 @@ def test_no_level_that_would_be_damped_passes_the_quick_test(seed: int) -> None:
         U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
         A, b = U @ np.diag([1.0, 0.5, least]) @ Vt, rng.standard_normal(3)
         x = np.linalg.lstsq(A, b, rcond=None)[0] if rng.random() < 0.5 else rng.standard_normal(6)
-        damped = damped_directions(A, b, [np.arange(3)], np.eye(6), DT).threshold > 0.0
+        damped = found_directions(A, b, np.eye(6))[0] > 0.0
         assert doubt(A, b, x, watch) or not damped
         assert doubt(A, b, x, watch) == doubt(A, b, x), "what is kept decides nothing"
     assert not doubt(np.eye(3, 6), np.ones(3), np.r_[np.ones(3), np.zeros(3)])
