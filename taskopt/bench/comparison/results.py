@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, Mask
 from taskopt.bench.comparison.campaign import FILE
-from taskopt.bench.comparison.trial import BLANK, PROVEN, REFUTED, UNKNOWN
+from taskopt.bench.comparison.trial import BLANK, CONDITIONAL, PROVEN, REFUTED, UNKNOWN
 from taskopt.bench.rows_file import whole_entries
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.hierarchy.tolerances import ACCURACY
@@ -130,6 +130,8 @@ class Figures:
         answers: Number of problems that it was given.
         claimed: Share of those for which it claims something.
         proven: Share whose claim is proven.
+        conditional: Share whose claim is proven, provided that rows that depend on others up to rounding
+            depend on them exactly.
         undecided: Share whose claim is undecided.
         refuted: Share whose claim is refuted.
         right: Share of the answers within 1e-8 of the exact strict optimum, among those where it is known.
@@ -146,6 +148,7 @@ class Figures:
     answers: int
     claimed: float
     proven: float
+    conditional: float
     undecided: float
     refuted: float
     right: float
@@ -177,6 +180,7 @@ def figures(rows: Results) -> Figures:
         answers=len(rows),
         claimed=float(np.mean(of["claimed"])),
         proven=float(np.mean(verdict == PROVEN)),
+        conditional=float(np.mean(verdict == CONDITIONAL)),
         undecided=float(np.mean(verdict == UNKNOWN)),
         refuted=float(np.mean(verdict == REFUTED)),
         right=float(np.mean(off <= ACCURACY)) if known.any() else np.nan,

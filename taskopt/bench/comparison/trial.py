@@ -13,7 +13,7 @@ from taskopt.bench.comparison.reference import Reference
 from taskopt.errors import InvalidValue, TaskoptError
 from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof import UNDECIDED
+from taskopt.hierarchy.proof import Verdict
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import REGRETTED
@@ -27,6 +27,14 @@ Row = dict[str, Value]
 
 REPEATED = 0.02  # [s] an answer that takes longer is timed once only
 PROVEN, REFUTED, UNKNOWN, NO_CLAIM = "proven", "refuted", "undecided", "no claim"
+CONDITIONAL = "on condition"
+
+_WORDS = {
+    Verdict.PROVEN: PROVEN,
+    Verdict.PROVEN_IF: CONDITIONAL,
+    Verdict.REFUTED: REFUTED,
+    Verdict.UNDECIDED: UNKNOWN,
+}
 
 
 @dataclass(frozen=True)
@@ -127,7 +135,9 @@ ROW = {
     "status": "claim of the resolver; REFUSED if it raised an error, which `note` has; CRASHED or DEADLINE "
     "if its process died or had to be ended; NOT RUN after that",
     "claimed": "True if it claims the optimum, or rightly or wrongly that there is none",
-    "verdict": "of its claim, by our judge: proven, refuted or undecided; no claim if it claims nothing",
+    "verdict": "of its claim, by our judge: proven, refuted or undecided; on condition if it is "
+    "proven provided that rows that depend on others up to rounding depend on them exactly; no claim if it "
+    "claims nothing",
     "error_bound": "bound on the error of x where one is known, largest entry",
     "distance": "‖x − x*‖∞ / max(1, ‖x*‖∞) from the exact strict optimum x*, also for resolvers that promise "
     "no strict levels; NaN if x* is not known or does not exist",
@@ -173,8 +183,7 @@ def _verdict(found: Resolution, known: Reference) -> Row:
     if denies or not found.claimed:
         return {"claimed": denies, "verdict": _refuted(denies)}
     judgement = known.judge(found.problem)(np.where(np.isnan(found.x), np.inf, found.x), found.state)
-    verdict = PROVEN if judgement.proven else UNKNOWN if judgement.verdict in UNDECIDED else REFUTED
-    return {"verdict": verdict, "error_bound": float(judgement.error_bound.max())}
+    return {"verdict": _WORDS[judgement.verdict], "error_bound": float(judgement.error_bound.max())}
 
 
 def _refuted(claimed: bool) -> str:

@@ -77,6 +77,7 @@ def test_shares_are_counted(tmp_path: Path) -> None:
     assert found["pinv"].claimed == 0.0
     assert found["pinv"].distance[2] == np.inf
     hard = figures(read_results(tmp_path).where(set="hard"))
+    assert hard.conditional == 0.0
     assert (hard.undecided, hard.failed, hard.right) == (0.5, 1, 0.0)
     assert hard.missed == 1.0
 

@@ -148,3 +148,15 @@ def test_a_cell_tells_when_it_is_ready() -> None:
     messages = [*answers(Bank(), Cell("small", "ties 0", "hqp/daqp", "cold"), 1)]
     assert messages[:2] == [None, None]
     assert [row["index"] for row in messages[2:] if row] == [0, 1]
+
+
+def test_what_is_proven_on_a_condition_is_told_from_what_is_undecided() -> None:
+    """A row is another one up to rounding: read to the last digit, the two contradict each other."""
+    J = np.array([[0.1, 0.2, 0.3]])
+    near = J * (1.0 + 2.0**-52)
+    problem = Hierarchy([Level(J, [1.0]), Level(near, [1.5])])
+    rows = [*trial([reference(problem)], resolver("active-set"), SETTINGS["cold"], repeats=1)]
+    assert [row["verdict"] for row in rows] == ["on condition"]
+    exact = Hierarchy([Level(J, [1.0]), Level(J, [1.5])])
+    rows = [*trial([reference(exact)], resolver("active-set"), SETTINGS["cold"], repeats=1)]
+    assert [row["verdict"] for row in rows] == ["proven"]
