@@ -9,6 +9,8 @@ Read the modules in this order:
     provenance    versions, machine, commit, text of the scenario
     description   fields, columns and metadata of a stack
     raw           `RawLog`, into which a loop copies its ticks
+    of_plan       description and parts of a tick that a plan knows
+    quick         the compiled copy of an ordinary tick
     reading       `open_log`: arrays, names, units, ticks of a file, complete or cut off
     ticks         hierarchy, memory and resolution of a tick, made again from its row
     again         a tick solved again, with another resolver or changed

@@ -1,6 +1,8 @@
 """The description of a log whose ticks are those of a plan, and the parts of a tick that a plan knows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,16 +90,33 @@ def robot_facts(robot: Robot) -> dict[str, Json]:
     }
 
 
+class Part(NamedTuple):
+    """Numbers of a tick that a plan knows, and their place in a slot.
+
+    Attributes:
+        field: Name of the field of the slot.
+        start: First number of the field.
+        read: Returns the present numbers, an array of any shape.
+    """
+
+    field: str
+    start: int
+    read: Callable[[], Array]
+
+
 class PlanTicks:
     """Collects what a plan knows about its present tick.
 
     Args:
         plan: The plan.
         description: Description that `description_of` made of a plan of the same stack.
+
+    Attributes:
+        plan: The plan.
     """
 
     def __init__(self, plan: Plan, description: Description) -> None:
-        self._plan, self._base = plan, base_box(plan.tick)
+        self.plan, self._base = plan, base_box(plan.tick)
         self._erring = [task for task in plan.tasks if task.name in description.errors]
         self._framed = [task for task in plan.tasks if task.name in description.poses]
 
@@ -116,14 +135,32 @@ class PlanTicks:
         Returns:
             The tick, without times and without the number of the resolver.
         """
-        plan, framed = self._plan, self._framed
+        plan, framed = self.plan, self._framed
         return Tick(
             index, t, plan.dt, q, v_before, memory, self._base,
             errors=[task.error for task in self._erring],
-            desired=[_NO_POSE if task.desired is None else task.desired for task in framed],
-            actual=[_NO_POSE if task.actual is None else task.actual for task in framed],
+            desired=[_pose(task.desired) for task in framed],
+            actual=[_pose(task.actual) for task in framed],
             moving=list(plan.moving.values()),
         )  # fmt: skip
+
+    def parts(self) -> list[Part]:
+        """List what `tick` collects, besides posture and velocity, by place."""
+        starts = accumulate((task.error.size for task in self._erring), initial=0)
+        found = [Part("base", 0, lambda: self._base)]
+        for task, start in zip(self._erring, starts, strict=False):
+            found.append(Part("errors", start, lambda task=task: task.error))
+        for i, task in enumerate(self._framed):
+            found.append(Part("desired", 16 * i, lambda task=task: _pose(task.desired)))
+            found.append(Part("actual", 3 * i, lambda task=task: _pose(task.actual)[:3, 3]))
+        for i, pose in enumerate(self.plan.moving.values()):
+            found.append(Part("moving", 16 * i, lambda pose=pose: pose))
+        return found
+
+
+def _pose(pose: Array | None) -> Array:
+    """Return a pose, or NaN where there is none."""
+    return _NO_POSE if pose is None else pose
 
 
 def _coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:

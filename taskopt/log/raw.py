@@ -27,7 +27,7 @@ from taskopt.resolver.base import Memory
 _OPENING = 30.0  # [s] that the writer may take until it has opened the file
 _CLOSING = 60.0  # [s] that it may take to write what is left
 _PAUSE = 0.001  # [s] between two looks at a full ring
-_STATUS = {status: number for number, status in enumerate(Status)}
+STATUS_NUMBERS = {status: number for number, status in enumerate(Status)}
 _PROGRAM = "import sys; sys.path[:] = {path!r}; from taskopt.log.writer import main; main()"
 
 
@@ -77,6 +77,9 @@ class RawLog:
 
     Attributes:
         path: The file.
+        ring: The ring.
+        begin: When the log was opened, by the clock of `perf_counter_ns` [ns].
+        sent: The last answer of each resolver by its number, as the array itself.
 
     Raises:
         InvalidValue: The file cannot be written; the message says why.
@@ -84,20 +87,25 @@ class RawLog:
 
     def __init__(self, path: str | Path, description: Description) -> None:
         self.path = Path(path)
-        self._ring = Ring(description.fields)
-        self._counters, self._fields = self._ring.counters, self._ring.fields
-        self._count, self._slots, self._begin = 0, self._ring.slots, perf_counter_ns()
-        self._sent: dict[int, Array] = {}
+        self.ring = Ring(description.fields)
+        self._counters, self._fields = self.ring.counters, self.ring.fields
+        self._slots, self.begin = self.ring.slots, perf_counter_ns()
+        self.sent: dict[int, Array] = {}
         self._shared: dict[Layout, list[tuple[int, int]]] = {}
         self._plain = description.layout.answer_size
         self._buffer = self._plain - description.layout.size
         instructions = Instructions(
             str(self.path), description.fields, description.columns, description.metadata
         )
-        self._process = _started(self._ring, instructions)
-        os.close(self._ring.file)  # the mapping stays
-        self._end = weakref.finalize(self, _close, self._ring, self._process, os.getpid(), End.FINISHED, "")
+        self._process = _started(self.ring, instructions)
+        os.close(self.ring.file)  # the mapping stays
+        self._end = weakref.finalize(self, _close, self.ring, self._process, os.getpid(), End.FINISHED, "")
         self._wait_for_file()
+
+    @property
+    def count(self) -> int:
+        """Number of ticks that are in the log, or on their way."""
+        return int(self._counters[Counter.WRITTEN])
 
     @property
     def waits(self) -> tuple[int, float]:
@@ -133,10 +141,10 @@ class RawLog:
             fields["changed"][place] = fields["answer"][place, self._buffer :]
             fields["answer"][place, self._buffer :] = declared.buffer
         fields["x"][place] = answer.x
-        given = tick.v_before is not self._sent.get(tick.resolver)
+        given = tick.v_before is not self.sent.get(tick.resolver)
         if given:
             fields["v_before"][place] = tick.v_before
-        self._sent[tick.resolver] = answer.x
+        self.sent[tick.resolver] = answer.x
         fields["base"][place] = tick.base_box.ravel()
         self._copy_state(place, tick)
         flags = self._remember("memory", place, tick.memory)
@@ -151,12 +159,11 @@ class RawLog:
         seconds = tick.seconds or (0.0, 0.0)
         fields["times"][place] = tick.t, tick.dt, *seconds
         fields["numbers"][place] = (
-            tick.index, perf_counter_ns() - self._begin, tick.resolver, _STATUS[answer.status],
+            tick.index, perf_counter_ns() - self.begin, tick.resolver, STATUS_NUMBERS[answer.status],
             answer.iterations, bool(error), tick.seconds is not None, *flags, len(ranks), damped,
-            _STATUS[plain.status], plain.iterations, *later, changed, given, foreign, len(text),
+            STATUS_NUMBERS[plain.status], plain.iterations, *later, changed, given, foreign, len(text),
         )  # fmt: skip
-        self._count += 1
-        self._counters[Counter.WRITTEN] = self._count
+        self._counters[Counter.WRITTEN] += 1
 
     def close(self, end: End = End.FINISHED, why: str = "") -> None:
         """Wait until everything is in the file, and close it; closing twice does nothing.
@@ -169,7 +176,7 @@ class RawLog:
             LogFailed: Not everything could be written.
         """
         if self._end.detach() is not None:
-            _close(self._ring, self._process, os.getpid(), end, why)
+            _close(self.ring, self._process, os.getpid(), end, why)
             self._raise_if_failed()
 
     def _copy_foreign(self, place: int, answer: Resolution, declared: Hierarchy) -> None:
@@ -232,14 +239,15 @@ class RawLog:
         if self._counters[Counter.FAILED] or not self._end.alive:
             self._raise_if_failed()
             raise LogFailed(f"{self.path} is closed; a closed log takes no more ticks")
-        if self._count - self._counters[Counter.CONSUMED] >= self._slots:
+        count = self.count
+        if count - self._counters[Counter.CONSUMED] >= self._slots:
             begin = perf_counter_ns()
-            while self._count - self._counters[Counter.CONSUMED] >= self._slots:
+            while count - self._counters[Counter.CONSUMED] >= self._slots:
                 self._raise_if_failed()
                 sleep(_PAUSE)
             self._counters[Counter.WAITS] += 1
             self._counters[Counter.WAITED] += perf_counter_ns() - begin
-        return self._count % self._slots
+        return count % self._slots
 
     def _raise_if_failed(self) -> None:
         """Raise an error if the writer has given up or has died."""
@@ -247,12 +255,10 @@ class RawLog:
         if not self._counters[Counter.FAILED] and code in (None, 0):
             return
         self._end.detach()
-        reason = (
-            self._ring.message if self._counters[Counter.FAILED] else f"its writer ended with code {code}"
-        )
+        reason = self.ring.message if self._counters[Counter.FAILED] else f"its writer ended with code {code}"
         written = int(self._counters[Counter.CONSUMED])
         raise LogFailed(
-            f"the log {self.path} cannot be written: {reason}; {written} of {self._count} ticks are in it"
+            f"the log {self.path} cannot be written: {reason}; {written} of {self.count} ticks are in it"
         )
 
     def _wait_for_file(self) -> None:
@@ -266,7 +272,7 @@ class RawLog:
         self._process.kill()
         self._process.wait()
         self._end.detach()
-        reason = self._ring.message or "its writer did not start"
+        reason = self.ring.message or "its writer did not start"
         raise InvalidValue(f"cannot write the log {self.path}: {reason}; choose another file")
 
 

@@ -54,6 +54,9 @@ class Ring:
         file: Descriptor of the memory, which a child process may inherit.
         slots: Number of slots.
         counters: The counters, see `Counter`.
+        memory: All of the memory, in bytes.
+        start: The first byte of the slots.
+        form: Fields of a slot.
         fields: Array (slots, size) of each field, by its name.
     """
 
@@ -65,9 +68,10 @@ class Ring:
         self.slots = (size - _HEAD) // length
         populate = getattr(mmap, "MAP_POPULATE", 0)  # no tick waits for the first touch of a page
         self._map = mmap.mmap(self.file, size, flags=mmap.MAP_SHARED | populate)
-        memory = np.frombuffer(self._map, dtype=np.uint8)
+        memory = self.memory = np.frombuffer(self._map, dtype=np.uint8)
         self.counters = memory[: 8 * len(Counter)].view(np.int64)
         self._message = memory[_MESSAGE:_HEAD]
+        self.form, self.start = tuple(fields), _HEAD
         self.fields = view_fields(memory[_HEAD:], fields, self.slots)
 
     @property

@@ -6,6 +6,7 @@ name and unit, is a second list, so that the writer knows nothing about hierarch
 """
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -81,13 +82,26 @@ def view_fields(memory: Bytes, fields: Sequence[Field], slots: int) -> dict[str,
     Returns:
         Array (slots, size) of each field, by its name.
     """
-    length, found, start = slot_size(fields), {}, 0
+    length, starts, found = slot_size(fields), offsets_of(fields), {}
     for field in fields:
         kind = np.dtype(field.kind)
         shape, strides = (slots, field.size), (length, kind.itemsize)
-        found[field.name] = np.ndarray(shape, kind, memory.data, start, strides)
-        start += _padded(field.size * kind.itemsize, 8)
+        found[field.name] = np.ndarray(shape, kind, memory.data, starts[field.name], strides)
     return found
+
+
+def offsets_of(fields: Sequence[Field]) -> dict[str, int]:
+    """Return where the fields of a slot begin.
+
+    Args:
+        fields: The fields of a slot.
+
+    Returns:
+        The first byte of each field, by its name.
+    """
+    sizes = [_padded(field.size * np.dtype(field.kind).itemsize, 8) for field in fields]
+    starts = accumulate(sizes, initial=0)
+    return {field.name: start for field, start in zip(fields, starts, strict=False)}
 
 
 def slot_size(fields: Sequence[Field]) -> int:

@@ -11,6 +11,7 @@ from taskopt.hierarchy.view import answer_of
 from taskopt.log.description import Description
 from taskopt.log.of_plan import PlanTicks, description_of
 from taskopt.log.provenance import Json
+from taskopt.log.quick import QuickCopy
 from taskopt.log.raw import RawLog
 from taskopt.loop.loop import Loop
 from taskopt.resolver.base import Memory
@@ -43,7 +44,9 @@ class LoggedLoop:
 
     def __init__(self, loop: Loop, log: RawLog, description: Description) -> None:
         self._loop, self._log = loop, log
-        self._ticks, self._index = PlanTicks(loop.plan, description), 0
+        self._ticks = PlanTicks(loop.plan, description)
+        history = loop.history
+        self._quick = None if history is None else QuickCopy(log, self._ticks, history)
 
     def tick(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time.
@@ -60,15 +63,18 @@ class LoggedLoop:
                 not logged.
             TaskoptError: As `Loop.tick`.
         """
-        loop = self._loop
-        if not self._log.open:
-            return loop.tick(q, t)
-        memory, before = loop.memory, loop.plan.velocity
+        loop, quick = self._loop, self._quick
+        memory, before = loop.memory if quick is None else quick.begin(), loop.plan.velocity
         try:
             resolution = loop.tick(q, t)
         except (Infeasible, NotSolved, InvalidValue) as error:
-            self._add_failed(q, t, before, memory, error)
+            if self._log.open:
+                self._add_failed(q, t, before, memory, error)
             raise
+        if quick is not None and quick.add(t, before, resolution):
+            return resolution
+        if not self._log.open:
+            return resolution
         try:
             self._add(q, t, before, memory, resolution)
         except LogFailed as failed:
@@ -87,10 +93,9 @@ class LoggedLoop:
     ) -> None:
         """Copy a tick."""
         loop = self._loop
-        tick = self._ticks.tick(self._index, t, q, before, memory)
+        tick = self._ticks.tick(self._log.count, t, q, before, memory)
         if answer.undamped is not None and loop.rest is not None:
             tick = tick._replace(damped_memory=loop.rest.memory)
-        self._index += 1
         self._log.add(tick, answer, loop.plan.hierarchy, error)
 
     def _add_failed(

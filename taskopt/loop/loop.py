@@ -142,6 +142,11 @@ class Loop:
         """
         return self._memory if self._one_call is None else self._one_call.history.copy()
 
+    @property
+    def history(self) -> StateArray | None:
+        """The same memory itself, which ticks in one call change in place; None if there are two calls."""
+        return None if self._one_call is None else self._one_call.history
+
     def remember(self, memory: object) -> None:
         """Continue with the memory of another loop of the same stack and resolver.
 

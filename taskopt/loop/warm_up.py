@@ -43,6 +43,7 @@ from taskopt.kinematics.task import (
     RelativeFrameTask,
     Task,
 )
+from taskopt.log.quick import compile_copy
 from taskopt.loop.batch.controller import BatchController
 from taskopt.loop.controller import Controller
 from taskopt.loop.pose.solver import PoseSolver
@@ -84,6 +85,7 @@ def warm_up() -> None:
         of_pose(pose)
     exp3(np.zeros(3))
     exp6(np.zeros(6))
+    compile_copy()
 
 
 def _stacks() -> Iterator[tuple[Robot, Stack]]:
