@@ -81,7 +81,7 @@ class Campaign:
     deadline: float = 10.0
     plugins: tuple[str, ...] = ()
     full: bool = False
-    sequences: int = 6
+    sequences: int = 3
 
     def __post_init__(self) -> None:
         positive("repeats", self.repeats)

@@ -1,11 +1,13 @@
-"""Record the problems of a run as a problem set."""
+"""Record the problems of a run, or of the log of a run, as a problem set."""
 
 from itertools import islice
+from pathlib import Path
 
 from taskopt.arrays import positive
 from taskopt.bench.comparison.problem_set import ProblemSequence
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy
+from taskopt.log.reading import open_log
 from taskopt.loop.run import run
 from taskopt.loop.scenario import Scenario
 
@@ -43,3 +45,37 @@ def capture(
     base = problems[0]  # one layout and norm for all of them
     views = (Hierarchy.view(base.layout, problem.buffer, base.norm) for problem in problems)
     return ProblemSequence(f"{scenario.name}, ticks {first} to {first + ticks - 1}", tuple(views))
+
+
+def capture_log(
+    path: str | Path, resolver: str | None = None, *, first: int = 0, ticks: int = 50
+) -> ProblemSequence:
+    """Keep the problems of some consecutive ticks of a log, as the stack declared them, to the last bit.
+
+    Args:
+        path: File that `Controller(..., log=path)` wrote.
+        resolver: Name of the resolver whose ticks are kept; None if the log has one only.
+        first: Number of the first tick that is kept, from 0.
+        ticks: Number of ticks that are kept.
+
+    Returns:
+        A sequence under the name of the file.
+
+    Raises:
+        MissingFile: There is no such file.
+        InvalidValue: It is no log, has several resolvers and none is named, or has no such ticks.
+    """
+    positive("ticks", ticks)
+    log = open_log(path)
+    if resolver is None and len(log.resolvers) != 1:
+        raise InvalidValue(
+            f"{path} has ticks of {', '.join(log.resolvers)}; name one of them as the resolver"
+        )
+    rows = log.rows(resolver or log.resolvers[0])
+    if first < 0 or first + ticks > len(rows):
+        raise InvalidValue(
+            f"ticks {first} to {first + ticks - 1} are not in {path}, which has {len(rows)} ticks of that "
+            "resolver; take others by first and ticks"
+        )
+    problems = tuple(log.tick(int(row)).hierarchy for row in rows[first : first + ticks])
+    return ProblemSequence(f"{Path(path).stem}, ticks {first} to {first + ticks - 1}", problems)

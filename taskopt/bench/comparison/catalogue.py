@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from taskopt.bench.comparison.exchange import is_program, load_parquet, load_program
 from taskopt.bench.comparison.families import (
     contradicting_limits,
     near_singular,
@@ -16,6 +17,7 @@ from taskopt.bench.comparison.problem_set import SHOWN, ProblemSequence, Problem
 from taskopt.bench.scaled_problems import FAMILIES, ORDINARY
 from taskopt.errors import InvalidValue, UnknownName
 
+_ENDINGS = (".npz", ".dat", ".parquet")
 RECORDED = Path(__file__).parent / "recorded"
 
 
@@ -149,7 +151,8 @@ def problem_set(name: str) -> ProblemSet:
     """Return a set of the package, or read one from a file.
 
     Args:
-        name: Name of a set of the package; or a path that ends in .npz or .dat.
+        name: Name of a set of the package; or a path that ends in .npz (a set, a hierarchy, or a program that
+            qpsolvers saved), in .dat (LexLS) or in .parquet (qpbenchmark).
 
     Returns:
         The set.
@@ -159,11 +162,20 @@ def problem_set(name: str) -> ProblemSet:
         MissingFile: There is no such file.
         InvalidValue: The file is not a problem set, or a generated set is not drawn here as it must be.
     """
-    if Path(name).suffix in (".npz", ".dat"):
-        return load_set(name)
+    if Path(name).suffix in _ENDINGS:
+        return _in_file(Path(name))
     for row in GENERATED:
         if row.name == name:
             return row.make()
     if name not in set_names():
-        raise UnknownName("problem set", name, set_names(), "A file ends in .npz or .dat.")
+        raise UnknownName("problem set", name, set_names(), "A file ends in .npz, .dat or .parquet.")
     return load_set(RECORDED / f"{name}.npz")
+
+
+def _in_file(path: Path) -> ProblemSet:
+    """Read a set, a hierarchy, or programs of other collections."""
+    if path.is_file() and path.suffix == ".parquet":
+        return load_parquet(path)
+    if path.is_file() and is_program(path):
+        return load_program(path)
+    return load_set(path)

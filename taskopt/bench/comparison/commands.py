@@ -1,11 +1,11 @@
-"""The commands `taskopt bench run`, `report`, `diff`, `sets` and `capture`."""
+"""The commands `taskopt bench run`, `report`, `diff`, `sets`, `capture` and `export`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from taskopt.command_parts import ScenarioFile, names_in, progress_bar
+from taskopt.command_parts import names_in, progress_bar
 
 comparison = typer.Typer(rich_markup_mode=None)
 
@@ -167,24 +167,59 @@ def sets(
 
 @comparison.command()
 def capture(
-    scenario: ScenarioFile,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="Python file that defines `scenario`, which is executed: name only files that you "
+            "trust; or demo; or a log, .arrow.",
+        ),
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The file to write, .npz.")],
     first: Annotated[int, typer.Option(min=0, metavar="N", help="First tick that is kept.")] = 0,
     ticks: Annotated[int, typer.Option(min=1, metavar="N", help="Number of ticks that are kept.")] = 50,
     resolver: Annotated[
-        str, typer.Option("-r", "--resolver", metavar="NAME", help="Resolver that moves the robot.")
-    ] = "active-set",
+        str | None,
+        typer.Option(
+            "-r",
+            "--resolver",
+            metavar="NAME",
+            help="Resolver that moves the robot (active-set), or whose ticks of a log are kept.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
-    """Record the problems of a run as a set.
+    """Record the problems of a run, or of its log, as a set.
 
     It is for `taskopt bench run --set FILE`.
     """
     from taskopt.bench.comparison.capture import capture as recorded
+    from taskopt.bench.comparison.capture import capture_log
     from taskopt.bench.comparison.problem_set import SHOWN, make_set
     from taskopt.loop.scenario import load_scenario
 
-    loaded = load_scenario(scenario)
-    sequence = recorded(loaded, resolver, first=first, ticks=ticks)
-    found = make_set(out.stem, [sequence], loaded.description)
+    if source.endswith(".arrow"):
+        sequence = capture_log(source, resolver, first=first, ticks=ticks)
+        found = make_set(out.stem, [sequence], f"Problems of the log {Path(source).name}.")
+    else:
+        loaded = load_scenario(source)
+        sequence = recorded(loaded, resolver or "active-set", first=first, ticks=ticks)
+        found = make_set(out.stem, [sequence], loaded.description)
     found.save(out)
     typer.echo(f"wrote {out}: {found.count} problems, checksum {found.checksum[:SHOWN]}")
+
+
+@comparison.command()
+def export(
+    name: Annotated[str, typer.Argument(metavar="SET", help="A set, or a file of one.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The file to write, .parquet.")],
+) -> None:
+    """Write a set for qpbenchmark, as Parquet with a test set in Python beside it.
+
+    The programs are those that wqp/ hands to its solver.
+    """
+    from taskopt.bench.comparison.catalogue import problem_set
+    from taskopt.bench.comparison.exchange import export as exported
+
+    for path in exported(problem_set(name), out):
+        typer.echo(f"wrote {path}")

@@ -146,6 +146,7 @@ def serve(connection: Connection, output: str, repeats: int, plugins: tuple[str,
         except EOFError:
             return
         gc.collect()
+        gc.freeze()  # the packages of solvers have a million objects, which are not looked through again
         for message in answers(bank, cell, repeats):
             connection.send(message)
 
