@@ -333,6 +333,76 @@ _OF_CERTIFICATE = (
     Fault("fits forget the side", "hierarchy/multipliers.py", "y_signed = side * _non", "y_signed = _non"),
 )
 
+_OF_PROOF = (
+    Fault(
+        "the other side of an undecided bound is taken for decided",
+        "hierarchy/proof/prover.py",
+        "undecided |= more | {(i, int(state[i])) for i, _ in more if state[i]}",
+        "undecided |= more",
+    ),
+    Fault(
+        "a set with a wrong pair is proven",
+        "hierarchy/proof/prover.py",
+        "                    if outcome.wrong:\n",
+        "                    if outcome.x is None:\n",
+    ),
+    Fault(
+        "multipliers of the wrong sign are right",
+        "hierarchy/proof/working_set.py",
+        "elif side * entry[0] < 0.0:",
+        "elif side == 0:",
+    ),
+    Fault(
+        "signs that rounding hides are decided",
+        "hierarchy/proof/working_set.py",
+        "if not sure:",
+        "if side == 0:",
+    ),
+    Fault(
+        "violations that rounding hides are none",
+        "hierarchy/proof/working_set.py",
+        "rows[~outside[:, 0] & ~inside[:, 0]]",
+        "rows[outside[:, 0] & inside[:, 0]]",
+    ),
+    Fault(
+        "violated rows are satisfied",
+        "hierarchy/proof/working_set.py",
+        "for i in rows[outside[:, 0]].tolist()",
+        "for i in rows[outside[:, 0] & inside[:, 0]].tolist()",
+    ),
+    Fault(
+        "solutions of linear equations have no radius",
+        "hierarchy/proof/linear.py",
+        "return V.widened(ROUNDED_UP * (error + np.outer(sums, largest)))",
+        "return V.widened(0.0 * (error + np.outer(sums, largest)))",
+    ),
+    Fault(
+        "any approximate inverse will do",
+        "hierarchy/proof/linear.py",
+        "if not worst < LARGEST_DEFECT:",
+        "if not worst < np.inf:",
+    ),
+    Fault(
+        "dependent rows agree whatever their bounds",
+        "hierarchy/proof/exact_span.py",
+        "row[-1] == 0, others",
+        "row[-1] == row[-1], others",
+    ),
+    Fault(
+        "bounds up to 1e3 times larger prove an answer",
+        "hierarchy/proof/judging.py",
+        "if (bound <= asked).all():",
+        "if (bound <= 1e3 * asked).all():",
+    ),
+    Fault(
+        "what is not proven is refuted",
+        "hierarchy/proof/judging.py",
+        "if (least > most).any():",
+        "if (bound > asked).any():",
+    ),
+    _constant("sums and products of pairs have no error", "UNIT_OF_PAIRS", "2.0**-103", "0.0"),
+)
+
 _OF_HIERARCHY = (
     Fault(
         "the rank scale ignores weights and norms",
@@ -342,6 +412,12 @@ _OF_HIERARCHY = (
     ),
     Fault(
         "rank has no hysteresis", "hierarchy/rank.py", "return min(max(before, sure), kept)", "return kept"
+    ),
+    Fault(
+        "rows that nothing moves are a singularity",
+        "hierarchy/rank.py",
+        "return np.linalg.norm(J, axis=1) > ZERO_ROW",
+        "return np.linalg.norm(J, axis=1) >= 0.0 * ZERO_ROW",
     ),
     Fault("a norm may be singular", "hierarchy/problem.py", "if smallest <= 0.0 or", "if smallest < 0.0 or"),
     Fault(
@@ -443,6 +519,13 @@ _OF_RESOLVERS = (
         "before.selected(active).G",
         "before.selected(active & False).G",
     ),
+    Fault(
+        "answers in which long rows hide a short one are claimed",
+        "resolver/hqp.py",
+        "if self.converged and not self.hidden else",
+        "if self.converged else",
+    ),
+    _constant("least squares see every row", "INVISIBLE_ROW", "1e-8", "0.0"),
     Fault(
         "known-feasible rows are not clipped",
         "resolver/level_qp.py",
@@ -623,6 +706,7 @@ FAULTS: tuple[Fault, ...] = (
     *_OF_LEXLS,
     *_OF_FAST_PATH,
     *_OF_CERTIFICATE,
+    *_OF_PROOF,
     *_OF_HIERARCHY,
     *_OF_RESOLVERS,
     *_OF_KINEMATICS,

@@ -10,12 +10,12 @@ from rich.table import Table
 from taskopt.bench.lies import Lies
 from taskopt.bench.proof import Tally
 from taskopt.bench.scaled_problems import DEPENDENT, ORDINARY
+from taskopt.hierarchy.tolerances import WIDEST_BOUND
 
 UNPROVEN_ORDINARY = (
     0.01  # share of right answers that are not proven, where rows and weights lie within 10^±3
 )
 UNPROVEN_BEYOND = 0.05  # the same for the other families but that of dependent rows
-WIDEST_BOUND = 1e-10  # error bound over max|x|, median of the right answers to ordinary problems
 LOOSEST_BOUND = 1e3  # error bound over true error, median of the answers that were moved
 
 

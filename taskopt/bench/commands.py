@@ -131,7 +131,6 @@ def proof(
     from taskopt.bench import lies as attempts
     from taskopt.bench.proof import RESOLVERS, measure, table, verdict
     from taskopt.bench.scaled_problems import FAMILIES
-    from taskopt.report import terminal
 
     behind, names, tallies, told = Console(stderr=True), tuple(resolvers or RESOLVERS), [], []
     for family in FAMILIES:
@@ -141,14 +140,20 @@ def proof(
         of_family = deque(attempts.try_lies(family, -(-lies // len(FAMILIES)), seed), maxlen=1)
         told += of_family or [attempts.Lies(family)]
         deque(attempts.compare(told[-1], pairs, ("active-set", "hqp/clarabel"), seed), maxlen=0)
-    out = terminal()
     asked = requirements.asked(tallies, told)
-    out.print(f"{2 * ((problems + 1) // 2) * len(FAMILIES)} problems with exact references", highlight=False)
-    parts = table(tallies), verdict(tallies), attempts.table(told), attempts.verdict(told)
-    for shown in (*parts, requirements.table(asked)):
-        out.print(shown, highlight=False, markup=False)
+    count = f"{2 * ((problems + 1) // 2) * len(FAMILIES)} problems with exact references"
+    _print(count, table(tallies), verdict(tallies))
+    _print(attempts.table(told), attempts.verdict(told), requirements.table(asked))
     if not all(one.met for one in asked):
         raise typer.Exit(1)
+
+
+def _print(*parts: object) -> None:
+    """Print tables and texts as they are."""
+    from taskopt.report import terminal
+
+    for part in parts:
+        terminal().print(part, highlight=False, markup=False)
 
 
 @bench.command()

@@ -725,6 +725,20 @@ Smaller: rows that are rounding errors enter the programs and freeze directions.
 weakly on the levels before are not kept.
 """
 
+SHORT_ROW = 1e-3
+"""Length of a row over the longest of its level, from which on down it may be lost for its length (`hqp`).
+
+Smaller: an answer that leaves out a short row is claimed. Larger: rows in m and rad, near a singularity, are
+compared as well, for nothing.
+"""
+
+INVISIBLE_ROW = 1e-8
+"""Length of a row over the longest of its level, below which least squares do not see it (`hqp`).
+
+Smaller: answers are claimed although the squares of its residuals are rounding errors of the others. Larger:
+right answers are not claimed.
+"""
+
 THIN_DIRECTION = 1e-3
 """Singular value, relative to the largest, below which a direction keeps the unit of that value (`hqp`).
 
@@ -835,6 +849,12 @@ ZERO_ROW = 1e-12
 Smaller: the third row of a planar arm's position, which is zero up to rounding, sends every tick through the
 full search for directions to damp, and policies of damping take it for a singularity. Larger: a row that a
 posture makes small is left out of both.
+"""
+
+WIDEST_BOUND = 1e-10
+"""Error bound over max|x|, in the median of right answers, that `taskopt bench proof` asks for.
+
+Smaller: answers of interior points, which end near 1e-12, miss it. Larger: bounds that have become wide pass.
 """
 
 PLANTED_MULTIPLIER = 5e-9

@@ -7,7 +7,7 @@ the levels below.
 Source: Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from taskopt.hierarchy.rank import RULE, RankRule, inverse_root, row_scale
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, LEVEL_MULTIPLIER, LEVEL_VIOLATION
+from taskopt.hierarchy.tolerances import ACCURACY, INVISIBLE_ROW, LEVEL_MULTIPLIER, LEVEL_VIOLATION
 from taskopt.resolver.base import Memory, answered, checked, final_state
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
@@ -27,9 +27,11 @@ from taskopt.resolver.level_qp import (
     RowSet,
     RowSVD,
     free_directions,
+    hides_short_rows,
     least_norm_solution,
     least_violation,
     row_svd,
+    shortest_row,
 )
 from taskopt.resolver.solver_accuracy import checked_accuracy, solve_to
 from taskopt.solver.registry import solver
@@ -121,6 +123,7 @@ class _Cascade:
         self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
         self.status, self.iterations = Status.SOLVED, 0
         self.converged = True  # whether the proximal steps of all levels so far did
+        self.hidden = False  # whether a row was given up because it is short beside others of its level
         self.feasible = False  # whether ξ is known to keep the limits
         self.least = False  # whether ξ has the least norm inside the levels so far
         limits = self._rows(0)
@@ -132,8 +135,8 @@ class _Cascade:
 
     @property
     def claim(self) -> Status:
-        """The status of the answer; one whose proximal steps did not converge is not claimed."""
-        return self.status if self.converged else Status.ITERATION_LIMIT
+        """The status of the answer; not claimed without convergence, or where long rows hide a short one."""
+        return self.status if self.converged and not self.hidden else Status.ITERATION_LIMIT
 
     def level(self, k: int) -> bool:
         """Resolve level k; return False if no program could be solved."""
@@ -177,6 +180,7 @@ class _Cascade:
             self._stop(found.status)
             return False
         self.converged &= found.complete
+        self.hidden |= met.shortest < INVISIBLE_ROW  # squares of residuals beside those of the longest row
         xi = self.xi + self.Z @ found.z
         value = inequalities.G @ xi
         gap = excess(value, inequalities.lower, inequalities.upper)
@@ -208,9 +212,12 @@ class _Cascade:
             """Apply the rank rule and record the account of this level."""
             account = self.rule.account(k, len(M), M.shape[1], sigma, scale, self.previous_ranks)
             self.accounts.append(account)
+            if account.lost:
+                self.hidden |= hides_short_rows(equalities.G, M, account.rank, self.rule.lost)
             return account.rank
 
-        return row_svd(M, equalities.upper - equalities.G @ self.xi, rank)
+        decided = row_svd(M, equalities.upper - equalities.G @ self.xi, rank)
+        return replace(decided, shortest=shortest_row(equalities.G))
 
     def _eliminate(self, fixed: RowSet) -> None:
         """Satisfy the hard equalities, which contradict each other if a residual remains."""

@@ -24,6 +24,7 @@ from taskopt.hierarchy.tolerances import (
     PROXIMAL_STEP,
     REDUNDANT_ROW,
     ROUNDING_SHARE,
+    SHORT_ROW,
     THIN_DIRECTION,
 )
 from taskopt.resolver.solver_accuracy import SolveProgram
@@ -120,12 +121,14 @@ class RowSVD:
         free: (p, p − r) V₂, the directions that they leave free.
         goal: (r,) U₁ᵀ d, the right-hand side in those directions.
         sigma: (r,) the singular values that count, falling.
+        shortest: Length of the shortest row before projection over that of the longest.
     """
 
     direction: Array
     free: Array
     goal: Array
     sigma: Array
+    shortest: float = 1.0
 
     @property
     def solution(self) -> Array:
@@ -147,6 +150,43 @@ def row_svd(M: Array, d: Array, rank: Callable[[Array], int]) -> RowSVD:
     U, sigma, Vt = np.linalg.svd(M)
     r = rank(sigma)
     return RowSVD(Vt[:r], Vt[r:].T, U[:, :r].T @ d, sigma[:r])
+
+
+def shortest_row(G: Array) -> float:
+    """Return the length of the shortest row that is not zero over that of the longest.
+
+    Args:
+        G: (m, n) rows.
+
+    Returns:
+        The ratio; 1 without rows.
+    """
+    length = np.linalg.norm(G, axis=1)
+    length = length[length > 0.0]
+    return float(length.min() / length.max()) if len(length) else 1.0
+
+
+def hides_short_rows(G: Array, M: Array, rank: int, lost: float) -> bool:
+    """Return True if rows had a higher rank if all of them were of length one.
+
+    Singular values of rows of different lengths tell a short row from a dependent one only while it is longer
+    than the smallest value that counts.
+
+    Args:
+        G: (m, n) rows before projection.
+        M: (m, p) the same rows in the null space of the levels before.
+        rank: Rank that was decided.
+        lost: Relative singular value at or below which a direction is lost.
+
+    Returns:
+        True if a direction is lost by the length of its row.
+    """
+    length = np.linalg.norm(G, axis=1)
+    alive = np.linalg.norm(M, axis=1) > REDUNDANT_ROW * length
+    if np.count_nonzero(alive) <= rank or length[alive].min() > SHORT_ROW * length.max():
+        return False
+    sigma = np.linalg.svd(M[alive] / length[alive, None], compute_uv=False)
+    return int(np.count_nonzero(sigma > lost)) > rank
 
 
 def least_norm_solution(solve: SolveProgram, offset: Array, equal: RowSVD, rows: RowSet) -> Solution:

@@ -9,6 +9,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.closed_form import task_priority
 from taskopt.resolver.hqp import HierarchicalQP
+from taskopt.resolver.level_qp import hides_short_rows
 from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 
 SOLVERS = ["daqp", "clarabel", "proxqp", "quadprog"]
@@ -243,3 +244,35 @@ def test_hard_equalities_agree_to_rounding_and_no_further(gap: float, status: St
     """x = 1 and x = 1 + gap: half of the gap is left of each, which 1e-9 tells from rounding."""
     hierarchy = Hierarchy([Level([[1.0]], [0.0])], limits=Level([[1.0], [1.0]], [1.0, 1.0 + gap]))
     assert HierarchicalQP("daqp")(hierarchy)[0].status is status
+
+
+@pytest.mark.parametrize("name", ["daqp", "quadprog"])
+@pytest.mark.parametrize(
+    ("short", "reach"),
+    [
+        (1e-11, np.inf),  # its singular value is lost beside that of the long row
+        (1e-9, 0.25),  # the level cannot be met, and the square of its residual is rounding
+    ],
+)
+def test_an_answer_in_which_a_long_row_hides_a_short_one_is_not_claimed(
+    name: str, short: float, reach: float
+) -> None:
+    """x₀ + x₁ = 1 and short · x₁ = short, which x = (0, 1) or, with |x₁| ≤ 0.25, (0.75, 0.25) meets best."""
+    box = ([-np.inf, -reach], [np.inf, reach])
+    rows = np.array([[1.0, 1.0], [0.0, short]])
+    answer, _ = HierarchicalQP(name)(Hierarchy([Level(rows, [1.0, short])], box=box))
+    assert not answer.claimed
+    assert answer.status is Status.ITERATION_LIMIT
+    seen = Level([[1.0, 1.0], [0.0, 1e-3]], [1.0, 1e-3])
+    assert HierarchicalQP(name)(Hierarchy([seen], box=box))[0].claimed
+
+
+def test_a_direction_that_is_lost_by_dependence_is_not_hidden() -> None:
+    """Rows in m and rad at a singularity keep their claim; a row that is lost for its length does not."""
+    dependent = np.array([[1.0, 1.0], [1e-4, 1e-4]])
+    assert not hides_short_rows(dependent, dependent, 1, 1e-10)
+    short = np.array([[1.0, 1.0], [0.0, 1e-12]])
+    assert hides_short_rows(short, short, 1, 1e-10)
+    assert not hides_short_rows(short, short * [1.0, 0.0], 1, 1e-10)  # nothing of it is left on this level
+    near = np.array([[1.0, 1.0], [1.0, 1.0 + 1e-12]])
+    assert not hides_short_rows(near, near, 1, 1e-10)
