@@ -1,10 +1,11 @@
-"""The report of a comparison: Markdown, one self-contained HTML page, and tables of all rows."""
+"""The report of a comparison: Markdown, one self-contained HTML page, LaTeX, and tables of all rows."""
 
 import csv
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
+from taskopt.bench.comparison.latex import write_tables
 from taskopt.bench.comparison.plots import Plot, plots
 from taskopt.bench.comparison.results import Results
 from taskopt.bench.comparison.tables import Table, findings, limits_of_comparison, markdown, tables
@@ -48,8 +49,8 @@ def write_report(rows: Results, folder: Path) -> list[Path]:
 
     Args:
         rows: All rows.
-        folder: Folder for `benchmark.md` with its figures, `benchmark.html`, `rows.parquet` and `rows.csv`;
-            it is made if it is not there.
+        folder: Folder for `benchmark.md` with its figures, `benchmark.html`, `rows.parquet` and `rows.csv`,
+            and the tables as `tables.tex` and in the folder `tables`; it is made if it is not there.
 
     Returns:
         The files that were written.
@@ -65,7 +66,8 @@ def write_report(rows: Results, folder: Path) -> list[Path]:
         (folder / name).write_text(text, encoding="utf-8")
     write_parquet(folder / "rows.parquet", rows.columns)
     _write_csv(folder / "rows.csv", rows)
-    return [folder / name for name in (*texts, "rows.parquet", "rows.csv")]
+    tables_text = write_tables(folder, made)[0]
+    return [*(folder / name for name in (*texts, "rows.parquet", "rows.csv")), tables_text]
 
 
 def _markdown(rows: Results, made: Sequence[Table], drawn: Sequence[Plot]) -> Iterator[str]:

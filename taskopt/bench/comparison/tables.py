@@ -215,7 +215,7 @@ def _sets(rows: Results) -> Table:
 
 def _solvers(rows: Results) -> Table:
     """Make the table of versions, and of solvers that are not there."""
-    late = "compiles for each size of a problem: tried by --full, or if it is named"
+    late = "takes seconds for a problem: tried by --full, or if it is named"
     left_out = rows.conditions.get("left_out", [])  # which older rows do not have
     there = [
         (name, number, late if name in left_out else "")
