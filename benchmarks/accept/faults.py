@@ -489,15 +489,15 @@ _OF_RESOLVERS = (
     ),
     Fault(
         "the weighted problem shifts ratios by a level",
-        "resolver/weighted.py",
-        "ratio ** (max(k, 1) - 1 - levels)",
-        "ratio ** (max(k, 1) - levels)",
+        "resolver/weighted_kernels.py",
+        "ratio ** float(max(k, 1) - 1 - levels)",
+        "ratio ** float(max(k, 1) - levels)",
     ),
     Fault(
         "the weighted problem forgets the norm",
-        "resolver/weighted.py",
-        "problem.weight[count:] = hierarchy.norm if diagonal else 1.0",
-        "problem.weight[count:] = 1.0",
+        "resolver/weighted_kernels.py",
+        "made.weight[count + i] = norm[i] if diagonal else 1.0",
+        "made.weight[count + i] = 1.0",
     ),
     _constant(
         "levels of hqp may be violated 1e3 times more",
@@ -586,7 +586,7 @@ _OF_RESOLVERS = (
     Fault(
         "claims that break hard limits are sent",
         "loop/loop.py",
-        "return resolution.broken_limit <= _LIMITS_KEPT[resolution.status]",
+        "return resolution.broken_limit <= CLAIM_KEEPS_LIMITS",
         "return True",
     ),
     Fault(

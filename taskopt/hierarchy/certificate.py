@@ -28,6 +28,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof import Judgement, Verdict, judge
 from taskopt.hierarchy.tolerances import CERTAIN_MULTIPLIER, CERTIFICATE_ROUNDING, KKT_MET
@@ -135,18 +136,18 @@ def certify(hierarchy: Hierarchy, x: Array, multipliers: Array) -> Certificate:
     return Certificate(residuals, partial(judge, hierarchy.copy(), np.array(x, dtype=np.float64)))
 
 
-def broken_limit(hierarchy: Hierarchy, x: Array) -> float:
+def broken_limit(layout: Layout, buffer: Array, x: Array) -> float:
     """Return the largest violation of the box and the hard rows, as of `Certificate`, without multipliers.
 
     Args:
-        hierarchy: The problem.
+        layout: Layout of the problem.
+        buffer: Flat buffer of the problem, see `taskopt.hierarchy.view`.
         x: The unknowns, (n,).
 
     Returns:
         The violation, relative to the largest term of its row; inf if a number is NaN.
     """
-    layout = hierarchy.layout
-    return float(broken_limit_kernel(hierarchy.buffer, layout.offsets, layout.columns, x))
+    return float(broken_limit_kernel(buffer, layout.offsets, layout.columns, x))
 
 
 class _Judged(NamedTuple):

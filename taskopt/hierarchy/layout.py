@@ -113,6 +113,11 @@ class Layout:
         return np.cumsum(counts)
 
     @cached_property
+    def level_sizes(self) -> tuple[int, ...]:
+        """Number of the hard rows, and of the rows of level 1, 2, …"""
+        return tuple(np.diff(self.offsets).tolist())
+
+    @cached_property
     def columns(self) -> IntArray:
         """`column` as an array, (M,); −1 everywhere if `column` is empty."""
         if not self.column:

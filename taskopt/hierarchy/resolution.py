@@ -68,6 +68,7 @@ class Resolution:
         self.iterations: Final = iterations
         self._reviewer: Final = reviewer
         self._complete = complete
+        self._broken_limit: float | None = None
         self.x: Final[Array] = answer[source.layout.place_of_x]
 
     def replaced(
@@ -185,7 +186,11 @@ class Resolution:
     @property
     def broken_limit(self) -> float:
         """As of `certificate`, without computing multipliers for it; inf if x is not finite."""
-        return broken_limit(self._problem, self.x)
+        if self._broken_limit is None:
+            layout, answer = self.source.layout, self._answer
+            buffer = answer[answer.size - layout.size :]
+            self._broken_limit = broken_limit(layout, buffer, self.x)
+        return self._broken_limit
 
     def _judged(self) -> Judgement:
         """Judge x by its distance from the exact optimum; its own active set is the hint."""

@@ -23,9 +23,9 @@ from taskopt.loop.rest import Rest
 from taskopt.resolver.base import Memory, Resolver, is_finite, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
-_SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
+# A look-up in the Enum on every tick would cost as much as a short call.
+_SOLVED, _STOPPED = Status.SOLVED, Status.ITERATION_LIMIT
 _WITHOUT_OPTIMUM = NO_OPTIMUM | {Status.RELAXED}
-_LIMITS_KEPT = {Status.SOLVED: CLAIM_KEEPS_LIMITS, Status.ITERATION_LIMIT: STOPPED_KEEPS_LIMITS}
 
 
 class Seconds(NamedTuple):
@@ -210,9 +210,12 @@ def may_be_sent(resolution: Resolution) -> bool:
     """
     if not is_finite(resolution.x):
         return False
-    if resolution.status in _LIMITS_KEPT:
-        return resolution.broken_limit <= _LIMITS_KEPT[resolution.status]
-    return resolution.status in _WITHOUT_OPTIMUM
+    status = resolution.status
+    if status is _SOLVED:
+        return resolution.broken_limit <= CLAIM_KEEPS_LIMITS
+    if status is _STOPPED:
+        return resolution.broken_limit <= STOPPED_KEEPS_LIMITS
+    return status in _WITHOUT_OPTIMUM
 
 
 def _reason(resolution: Resolution) -> str:

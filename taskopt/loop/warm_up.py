@@ -6,6 +6,7 @@ compiled code and Python call have two forms, so the Python code of other resolv
 """
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -49,6 +50,7 @@ from taskopt.loop.controller import Controller
 from taskopt.loop.pose.solver import PoseSolver
 from taskopt.resolver.active_set.resolver import ActiveSet
 
+_CLOSED_FORMS = "pinv", "dls/chiaverini"
 _LENGTHS = (0.4, 0.4, 0.4, 0.4)  # [m]
 _START = np.array([0.3, 0.4, 0.5, 0.4])  # [rad]
 
@@ -70,7 +72,12 @@ def warm_up() -> None:
     stretched = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
     Controller(_bare_arm(), stretched).step(np.zeros(4), 0.0)
     for robot, stack in islice(_stacks(), 1):
-        for resolver in ("hqp/daqp", "pinv", "dls/chiaverini"):
+        for resolver in (
+            "hqp/daqp",
+            "wqp/daqp",
+            *(["hqp/quadprog"] if find_spec("quadprog") else []),
+            *_CLOSED_FORMS,
+        ):
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])

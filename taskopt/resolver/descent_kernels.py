@@ -18,6 +18,15 @@ from taskopt.hierarchy.directions import singular_values
 from taskopt.hierarchy.view import Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.resolver.active_set.linalg import dot_row
+from taskopt.resolver.orthogonal import (
+    least_exceeds,
+    reflect,
+    reflect_rows,
+    reflect_vector,
+    solve_damped,
+    solve_lower,
+    solve_upper,
+)
 
 Settings = tuple[float, float, float]  # lost and regained of the rank rule, and k²
 _UNKNOWN = -1  # the rank of the last tick, if there was none
@@ -58,7 +67,7 @@ def descend_kernel(
                 U, sigma, Vt = singular_values(M)
                 ranks[k] = rank_of(sigma, lost * scale, regained * scale, last)
                 free = advance(U, sigma, Vt, missing, np.full(ranks[k], squared), z, basis, free)
-    _scale_back(z, scaling, x)
+    scale_back(z, scaling, x)
 
 
 @kernel
@@ -140,7 +149,7 @@ def projected(
     for i in range(m):
         root = np.sqrt(weight[i])
         v[i] = root * b[i]
-        _scale_row(A, i, root, scaling, J)
+        scale_row(A, i, root, scaling, J)
         squares, value = 0.0, 0.0
         for c in range(n):
             squares += J[c] * J[c]
@@ -178,20 +187,20 @@ def regular_step(
     r, wide = min(m, free), m <= free
     B = M if wide else np.ascontiguousarray(M.T)
     beta, diagonal, y = np.empty(r), np.empty(r), missing.copy()
-    _reflect(B, beta, diagonal)
-    if not _least_exceeds(B, diagonal, threshold):
+    reflect(B, beta, diagonal)
+    if not least_exceeds(B, diagonal, threshold):
         return False
     if wide:
         for a in range(r):
-            _reflect_rows(B, a, beta[a], basis)
+            reflect_rows(B, a, beta[a], basis)
     else:
-        _reflect_vector(B, beta, y)
+        reflect_vector(B, beta, y)
     if squared > 0.0:
-        _solve_damped(B, diagonal, squared, wide, y)
+        solve_damped(B, diagonal, squared, wide, y)
     elif wide:
-        _solve_lower(B, diagonal, y)
+        solve_lower(B, diagonal, y)
     else:
-        _solve_upper(B, diagonal, y)
+        solve_upper(B, diagonal, y)
     for a in range(r):
         for c in range(n):
             z[c] += y[a] * basis[a, c]
@@ -199,107 +208,6 @@ def regular_step(
         for c in range(n):
             basis[a - r, c] = basis[a, c]
     return True
-
-
-@kernel
-def _reflect(B: Array, beta: Array, diagonal: Array) -> None:
-    """Factorise B = L Qᵀ (r, s), r ≤ s, by reflections I − β v vᵀ; v stands in place of what it removes."""
-    r, s = B.shape
-    for a in range(r):
-        squares = 0.0
-        for c in range(a, s):
-            squares += B[a, c] * B[a, c]
-        size = np.sqrt(squares)
-        diagonal[a] = -size if B[a, a] > 0.0 else size
-        B[a, a] -= diagonal[a]
-        beta[a] = -1.0 / (diagonal[a] * B[a, a]) if size > 0.0 else 0.0
-        for i in range(a + 1, r):
-            total = 0.0
-            for c in range(a, s):
-                total += B[i, c] * B[a, c]
-            total *= beta[a]
-            for c in range(a, s):
-                B[i, c] -= total * B[a, c]
-
-
-@kernel
-def _least_exceeds(B: Array, diagonal: Array, threshold: float) -> bool:
-    """Return True if 1/‖L⁻¹‖_F exceeds a threshold; the diagonal of L stands apart."""
-    r = diagonal.size
-    column, squares = np.empty(r), 0.0
-    for b in range(r):
-        column[b] = 1.0 / diagonal[b]
-        squares += column[b] * column[b]
-        for a in range(b + 1, r):
-            total = 0.0
-            for c in range(b, a):
-                total += B[a, c] * column[c]
-            column[a] = -total / diagonal[a]
-            squares += column[a] * column[a]
-    return bool(squares * (threshold * threshold) < 1.0)
-
-
-@kernel
-def _reflect_rows(B: Array, a: int, beta: float, basis: Array) -> None:
-    """Apply reflection a of a factorisation to the rows of a basis."""
-    n, s = basis.shape[1], B.shape[1]
-    sums = np.zeros(n)
-    for i in range(a, s):
-        for c in range(n):
-            sums[c] += B[a, i] * basis[i, c]
-    for i in range(a, s):
-        factor = beta * B[a, i]
-        for c in range(n):
-            basis[i, c] -= factor * sums[c]
-
-
-@kernel
-def _reflect_vector(B: Array, beta: Array, y: Array) -> None:
-    """Replace y by Qᵀ y."""
-    for a in range(beta.size):
-        total = 0.0
-        for c in range(a, y.size):
-            total += B[a, c] * y[c]
-        total *= beta[a]
-        for c in range(a, y.size):
-            y[c] -= total * B[a, c]
-
-
-@kernel
-def _solve_lower(B: Array, diagonal: Array, y: Array) -> None:
-    """Replace the first r entries of y by L⁻¹ y."""
-    for a in range(diagonal.size):
-        y[a] = (y[a] - dot_row(B, a, y, a)) / diagonal[a]
-
-
-@kernel
-def _solve_upper(B: Array, diagonal: Array, y: Array) -> None:
-    """Replace the first r entries of y by L⁻ᵀ y."""
-    for a in range(diagonal.size - 1, -1, -1):
-        y[a] /= diagonal[a]
-        for c in range(a):
-            y[c] -= y[a] * B[a, c]
-
-
-@kernel
-def _solve_damped(B: Array, diagonal: Array, squared: float, lower: bool, y: Array) -> None:
-    """Replace the first r entries of y by the least ‖T y − d‖² + k² ‖y‖², where T = L, or Lᵀ if not lower."""
-    r = diagonal.size
-    stacked, beta, own, side = np.zeros((r, 2 * r)), np.empty(r), np.empty(r), np.zeros(2 * r)
-    for a in range(r):
-        side[a] = y[a]
-        stacked[a, r + a] = np.sqrt(squared)
-        for c in range(a + 1):
-            entry = diagonal[a] if c == a else B[a, c]
-            if lower:
-                stacked[c, a] = entry
-            else:
-                stacked[a, c] = entry
-    _reflect(stacked, beta, own)
-    _reflect_vector(stacked, beta, side)
-    _solve_upper(stacked, own, side)
-    for a in range(r):
-        y[a] = side[a]
 
 
 @kernel
@@ -372,13 +280,19 @@ def unscaled(z: Array, scaling: Array) -> Array:
         x (n,).
     """
     x = np.empty(z.size)
-    _scale_back(z, scaling, x)
+    scale_back(z, scaling, x)
     return x
 
 
 @kernel
-def _scale_back(z: Array, scaling: Array, x: Array) -> None:
-    """Set x = L⁻¹ z."""
+def scale_back(z: Array, scaling: Array, x: Array) -> None:
+    """Set x = L⁻¹ z.
+
+    Args:
+        z: (n,) the unknowns in which the norm is the identity.
+        scaling: As of `taskopt.resolver.descent.scaling_of`.
+        x: (n,) filled.
+    """
     n = z.size
     for i in range(n):
         if scaling.size == n:
@@ -391,8 +305,16 @@ def _scale_back(z: Array, scaling: Array, x: Array) -> None:
 
 
 @kernel
-def _scale_row(A: Array, i: int, root: float, scaling: Array, row: Array) -> None:
-    """Set a row of J = √w A L⁻¹."""
+def scale_row(A: Array, i: int, root: float, scaling: Array, row: Array) -> None:
+    """Set a row of J = √w A L⁻¹.
+
+    Args:
+        A: (m, n) rows.
+        i: Index of the row.
+        root: √w of the row.
+        scaling: As of `taskopt.resolver.descent.scaling_of`.
+        row: (n,) filled.
+    """
     n = row.size
     if scaling.size == n:
         for c in range(n):

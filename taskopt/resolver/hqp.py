@@ -8,20 +8,38 @@ Source: Kanoun, Lamiraux and Wieber (2011), IEEE Trans. Robotics 27(4).
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.intervals import excess
-from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank import RULE, RankRule, inverse_root, row_scale
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.review import LevelAccount
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, INVISIBLE_ROW, LEVEL_MULTIPLIER, LEVEL_VIOLATION
-from taskopt.resolver.base import Memory, answered, checked, final_state
+from taskopt.hierarchy.tolerances import (
+    ACCURACY,
+    COUNTED_MULTIPLIER,
+    INVISIBLE_ROW,
+    LEVEL_MULTIPLIER,
+    LEVEL_VIOLATION,
+)
+from taskopt.resolver.base import Memory, answered_by_x, checked
+from taskopt.resolver.cascade_kernels import (
+    IDLE,
+    IRREGULAR,
+    OPEN,
+    exact_level,
+    level_rows,
+    limit_rows,
+    move_on,
+)
+from taskopt.resolver.cascade_memory import CascadeMemory, give_back, take_memory
 from taskopt.resolver.closed_form import task_priority
+from taskopt.resolver.descent import scaling_of
+from taskopt.resolver.descent_kernels import scale_back
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
 from taskopt.resolver.level_qp import (
     RowSet,
@@ -33,8 +51,10 @@ from taskopt.resolver.level_qp import (
     row_svd,
     shortest_row,
 )
-from taskopt.resolver.solver_accuracy import checked_accuracy, solve_to
+from taskopt.resolver.solver_accuracy import SolverTo, checked_accuracy
 from taskopt.solver.registry import solver
+
+_SOLVED = Status.SOLVED  # looking it up in the Enum costs as much as a short call
 
 
 @dataclass(frozen=True)
@@ -80,27 +100,31 @@ class HierarchicalQP:
             memory: Memory that the last call returned; the rank rule needs its ranks for the hysteresis.
 
         Returns:
-            The answer, and a memory with its active set and ranks.
+            The answer, and a memory with its ranks; no row is active in it.
 
         Raises:
             InvalidValue: The memory belongs to a hierarchy of another layout.
             UnknownName: There is no solver of that name.
             NotInstalled: The package of the solver cannot be imported.
         """
-        memory = checked(memory, hierarchy.layout)
-        cascade = _Cascade(hierarchy, self, memory.ranks if memory else ())
-        for k in range(1, hierarchy.layout.level_count + 1):
+        layout = hierarchy.layout
+        memory = checked(memory, layout)
+        arrays = take_memory(layout)
+        cascade = _Cascade(hierarchy, self, memory.ranks if memory else (), arrays)
+        for k in range(1, layout.level_count + 1):
             if not cascade.level(k):
                 break
         else:
             cascade.finish()
         if not cascade.feasible:
             return no_answer(hierarchy, cascade.status, cascade.iterations)
-        x = cascade.inverse @ cascade.xi
-        y = find_multipliers(hierarchy, x)
-        state, levels = final_state(hierarchy, x, y), tuple(cascade.accounts)
+        x, levels = np.empty(hierarchy.n), partial(_accounts, cascade.accounts)
+        scale_back(cascade.xi, cascade.scaling, x)
+        give_back(arrays)
         claim = cascade.claim, cascade.iterations
-        return refuse_broken_claim(answered(hierarchy, x, y, state, *claim, self.accuracy, levels))
+        answer = answered_by_x(hierarchy, x, *claim, self.accuracy, levels, COUNTED_MULTIPLIER)
+        ranks = tuple([level.rank for level in cascade.accounts])
+        return refuse_broken_claim((answer, Memory(np.zeros(layout.width, np.int8), ranks)))
 
     def closed_form(self, hierarchy: Hierarchy) -> Array:
         """Return x (n,) of `task_priority` on the equalities."""
@@ -113,57 +137,135 @@ class _Cascade:
     Rows are on ξ = L x with W = Lᵀ L and scaled by √w.
     """
 
-    def __init__(self, hierarchy: Hierarchy, resolver: HierarchicalQP, ranks: tuple[int, ...]) -> None:
-        self.hierarchy = hierarchy
+    def __init__(
+        self,
+        hierarchy: Hierarchy,
+        resolver: HierarchicalQP,
+        ranks: tuple[int, ...],
+        memory: CascadeMemory,
+    ) -> None:
+        self.hierarchy, self.memory = hierarchy, memory
         engine = solver(resolver.solver)
-        self.solve = solve_to(engine, resolver.accuracy, engine.most_iterations, refine=engine.promises)
+        self.solve = SolverTo(engine, resolver.accuracy, engine.most_iterations, refine=engine.promises)
         self.rule, self.previous_ranks = resolver.rule, ranks
-        self.accounts: list[LevelAccount] = []
-        self.inverse = inverse_root(hierarchy.norm)
-        self.xi, self.Z = np.zeros(hierarchy.n), np.eye(hierarchy.n)
+        self.accounts: list[LevelAccount | _Later] = []
+        layout = hierarchy.layout
+        n = hierarchy.n
+        self.scaling = scaling_of(hierarchy.norm)
+        self.problem = hierarchy.buffer, self.scaling, layout.offsets
         self.status, self.iterations = Status.SOLVED, 0
         self.converged = True  # whether the proximal steps of all levels so far did
         self.hidden = False  # whether a row was given up because it is short beside others of its level
-        self.feasible = False  # whether ξ is known to keep the limits
         self.least = False  # whether ξ has the least norm inside the levels so far
-        limits = self._rows(0)
-        equal = limits.lower == limits.upper
-        self.rows = limits.selected(~equal)
-        self._eliminate(limits.selected(equal))
-        if self.status is Status.SOLVED:  # x = 0 keeps the limits of most robots
-            self.feasible |= not equal.any() and self.rows.contain(self.xi, 0.0)
+        self.place, self.kept, self.free = memory.place, memory.kept, n
+        # x = 0 keeps the limits of most robots; `feasible` says whether ξ is known to keep them.
+        self.count, equalities, self.feasible = limit_rows(self.problem, self.place, self.kept)
+        if equalities:
+            self.feasible = False
+            limits = self._limits()
+            self._eliminate(limits.selected(limits.lower == limits.upper))
+        else:
+            self.accounts.append(LevelAccount(0, 0, n, 0, np.inf, 0.0))
+
+    @property
+    def xi(self) -> Array:
+        """The answer ξ so far, (n,), as a view."""
+        return self.place[-1]
+
+    @property
+    def rows(self) -> RowSet:
+        """The inequality rows that must hold, as views."""
+        return self._kept(0, self.count)
+
+    @rows.setter
+    def rows(self, rows: RowSet) -> None:
+        """Replace the inequality rows that must hold."""
+        G, bounds, index = self.kept
+        self.count = count = len(rows.lower)
+        G[:count], bounds[0, :count], bounds[1, :count], index[:count] = (
+            rows.G,
+            rows.lower,
+            rows.upper,
+            rows.index,
+        )
+
+    def _kept(self, start: int, stop: int) -> RowSet:
+        """Return inequality rows as views."""
+        G, (lower, upper), index = self.kept
+        return RowSet(G[start:stop], lower[start:stop], upper[start:stop], index[start:stop])
 
     @property
     def claim(self) -> Status:
         """The status of the answer; not claimed without convergence, or where long rows hide a short one."""
         return self.status if self.converged and not self.hidden else Status.ITERATION_LIMIT
 
+    @property
+    def Z(self) -> Array:
+        """Basis of the free directions in its columns, (n, p)."""
+        return self.place[: self.free].T
+
     def level(self, k: int) -> bool:
         """Resolve level k; return False if no program could be solved."""
-        if self.status is not Status.SOLVED:
+        if self.status is not _SOLVED:
             return False
-        own = self._rows(k)
-        equal = own.lower == own.upper
-        equalities, inequalities = own.selected(equal), own.selected(~equal)
-        root = np.sqrt(self.hierarchy.level(k).weight)
-        met = self._decompose(k, equalities, row_scale(own.G, root))
+        tried = self._exactly(k)
+        if tried is _SOLVED:
+            return True
+        equalities, inequalities, scale = self._level_rows(k)
+        met = self._decompose(k, equalities, scale)
         own_here = inequalities.seen_from(self.xi, self.Z, False)
         if not len(met.goal) and not len(own_here.lower):
             return True
         before = self.rows.seen_from(self.xi, self.Z, self.feasible)
-        exact = least_norm_solution(self.solve, self.Z.T @ self.xi, met, before.joined(own_here))
-        self.iterations += exact.iterations
-        if exact.status is Status.SOLVED:
-            self._advance(exact.x, met.free)
-            self.rows, self.least = self.rows.joined(inequalities), True
-            return True
+        if tried is not Status.INFEASIBLE:
+            exact = least_norm_solution(self.solve, self.Z.T @ self.xi, met, before.joined(own_here))
+            self.iterations += exact.iterations
+            if exact.status is Status.SOLVED:
+                self._advance(exact.x, met.free)
+                self.rows, self.least = self.rows.joined(inequalities), True
+                return True
         return self._in_least_squares(met, inequalities, own_here, before)
+
+    def _exactly(self, k: int) -> Status | None:
+        """Meet level k exactly, if its rank is certain without singular values.
+
+        Returns:
+            SOLVED if it is met, else the claim of the solver; None if the rank is not certain.
+        """
+        p, stage = self.free, self.memory.stage(k, self.free)
+        unit, M, Q = stage
+        level = k, self.rule.regained, self.count, self.feasible
+        code, (e, own, r, count), (scale, size, least) = exact_level(
+            self.problem, level, self.place, self.kept, M, Q, unit.arrays, unit.written
+        )
+        if code == IRREGULAR:
+            return None
+        if code == OPEN:
+            unit.set(count, size, least)
+            exact = self.solve.at_unit_size(unit)
+            self.iterations += exact.iterations
+            if exact.status is not _SOLVED:
+                return exact.status
+            move_on(exact.x, Q, r, self.place)
+        if code != IDLE:
+            self.free, self.count, self.feasible, self.least = p - r, self.count + own, True, True
+        self.accounts.append(_Later(k, M[:e].copy(), scale, r))
+        return _SOLVED
+
+    def _level_rows(self, k: int) -> tuple[RowSet, RowSet, float]:
+        """Return equalities and inequalities of level k, multiplied by √w, and the size of its rows."""
+        m, n = self.hierarchy.layout.level_sizes[k], self.hierarchy.n
+        equal, goal = np.empty((m, n)), np.empty(m)
+        e, own, scale = level_rows(self.problem, k, equal, goal, self.kept, self.count)
+        equalities = RowSet(equal[:e], goal[:e], goal[:e], np.empty(0, np.int64))
+        added = self._kept(self.count, self.count + own)
+        return equalities, added.selected(np.ones(own, dtype=bool)), scale
 
     def finish(self) -> None:
         """Minimise the norm over what is still free, unless ξ has the least norm already."""
-        if self.least or not self.Z.shape[1] or self.status is not Status.SOLVED:
+        if self.least or not self.free or self.status is not Status.SOLVED:
             return
-        nothing = row_svd(np.empty((0, self.Z.shape[1])), np.empty(0), len)
+        nothing = row_svd(np.empty((0, self.free)), np.empty(0), len)
         before = self.rows.seen_from(self.xi, self.Z, self.feasible)
         solution = least_norm_solution(self.solve, self.Z.T @ self.xi, nothing, before)
         self.iterations += solution.iterations
@@ -196,8 +298,10 @@ class _Cascade:
 
     def _advance(self, z: Array, free: Array) -> None:
         """Move ξ by Z z, and keep those directions of Z that are still free."""
-        self.xi = self.xi + self.Z @ z
-        self.Z = self.Z @ free
+        kept = free.T @ self.Z.T
+        self.place[-1] += self.Z @ z
+        self.free = len(kept)
+        self.place[: self.free] = kept
         self.feasible = True
 
     def _stop(self, status: Status) -> None:
@@ -221,27 +325,50 @@ class _Cascade:
 
     def _eliminate(self, fixed: RowSet) -> None:
         """Satisfy the hard equalities, which contradict each other if a residual remains."""
-        if not len(fixed.lower):
-            self.accounts.append(LevelAccount(0, 0, self.Z.shape[1], 0, np.inf, 0.0))
-            return
         decided = self._decompose(0, fixed, row_scale(fixed.G, np.ones(1)))
-        self.xi, self.Z = decided.solution, decided.free
+        self._advance(decided.solution, decided.free)
         left = fixed.G @ self.xi - fixed.upper
-        inside = not self.Z.shape[1] and self.rows.contain(self.xi)
+        inside = not self.free and self.rows.contain(self.xi)
+        self.feasible = False
         if np.abs(left).max() > LEVEL_VIOLATION * max(1.0, float(np.abs(fixed.upper).max())):
             self.status = Status.INFEASIBLE
-        elif not self.Z.shape[1]:
+        elif not self.free:
             self.feasible, self.least = inside, True
             self.status = Status.SOLVED if inside else Status.INFEASIBLE
 
-    def _rows(self, k: int) -> RowSet:
-        """Return the rows of level k on ξ, scaled by √w; level 0 is the box and the hard rows."""
-        hierarchy, level = self.hierarchy, self.hierarchy.level(k)
-        index = hierarchy.n + int(hierarchy.layout.offsets[k]) + np.arange(len(level.lower))
-        if k:
-            root = np.sqrt(level.weight)
-            G = (root[:, None] * level.A) @ self.inverse
-            return RowSet(G, root * level.lower, root * level.upper, index)
-        box = RowSet(self.inverse, hierarchy.box_lower, hierarchy.box_upper, np.arange(hierarchy.n))
-        rows = box.joined(RowSet(level.A @ self.inverse, level.lower, level.upper, index))
+    def _limits(self) -> RowSet:
+        """Return the box and the hard rows on ξ, as far as they have a bound."""
+        hierarchy, level, inverse = self.hierarchy, self.hierarchy.limits, inverse_root(self.hierarchy.norm)
+        index = np.arange(hierarchy.n + len(level.lower))
+        box = RowSet(inverse, hierarchy.box_lower, hierarchy.box_upper, index[: hierarchy.n])
+        rows = box.joined(RowSet(level.A @ inverse, level.lower, level.upper, index[hierarchy.n :]))
         return rows.selected((rows.lower > -np.inf) | (rows.upper < np.inf))
+
+
+@dataclass(frozen=True, eq=False)
+class _Later:
+    """Rank of a level whose singular values are found when its account is asked for.
+
+    Attributes:
+        level: The level.
+        M: (m, p) its equality rows in the directions that the levels before left free.
+        scale: Size of its rows.
+        rank: Its rank, which is full.
+    """
+
+    level: int
+    M: Array
+    scale: float
+    rank: int
+
+    def account(self) -> LevelAccount:
+        """Return the account."""
+        sigma = np.linalg.svd(self.M, compute_uv=False) if self.M.size else np.zeros(0)
+        kept = float(sigma[-1]) / self.scale if self.rank else np.inf
+        rows, free = self.M.shape
+        return LevelAccount(self.level, rows, free, self.rank, kept, 0.0)
+
+
+def _accounts(found: list[LevelAccount | _Later], _: Hierarchy) -> tuple[LevelAccount, ...]:
+    """Return the accounts of all levels."""
+    return tuple(each.account() if isinstance(each, _Later) else each for each in found)

@@ -4,22 +4,22 @@ The resolvers that put all levels into one program state such a problem each, an
 """
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.layout import Block, Layout
-from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.qp import QuadraticProgram
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import UNFINISHED_VIOLATION
-from taskopt.resolver.base import Memory, answered, final_state
+from taskopt.resolver.base import Memory, answered_by_x
 from taskopt.resolver.infeasible import no_answer, refuse_broken_claim
 from taskopt.resolver.refinement import has_numbers
-from taskopt.resolver.solver_accuracy import solve_to
+from taskopt.resolver.solver_accuracy import SolverTo
+from taskopt.resolver.weighted_kernels import inverse_of, orthogonal_rows, unknowns_of
 from taskopt.solver.registry import solver
 
 
@@ -35,29 +35,28 @@ def answer_one_level(
         counted: Least multiplier that makes a row active, see `taskopt.resolver.base.final_state`.
 
     Returns:
-        The answer to this problem, and a memory with its active set.
+        The answer to this problem, and a memory in which no row is active.
 
     Raises:
         UnknownName: There is no solver of that name.
         NotInstalled: The package of the solver cannot be imported.
     """
-    qp, R = orthogonal_program(problem)
+    qp, B, diagonal = orthogonal_program(problem)
     engine = solver(name)
-    inverse = np.asarray(np.linalg.inv(R), dtype=np.float64)
-    solution = solve_to(engine, accuracy, engine.most_iterations, inverse, refine=engine.promises)(qp)
+    inverse = partial(inverse_of, B, diagonal)
+    solve = SolverTo(engine, accuracy, engine.most_iterations, inverse, refine=engine.promises)
+    solution = solve(qp)
     if solution.status in (Status.INFEASIBLE, Status.FAILED) or not has_numbers(solution):
         return no_answer(problem, solution.status, solution.iterations)
-    x = np.asarray(np.linalg.solve(R, solution.x[: problem.n]), dtype=np.float64)
-    y = find_multipliers(problem, x)
+    x = unknowns_of(B, diagonal, solution.x)
     claim = solution.status, solution.iterations
-    answer = answered(problem, x, y, final_state(problem, x, y, counted), *claim, accuracy)
-    outside = answer[0].certificate.broken_limit
-    if solution.status is not Status.SOLVED and outside > UNFINISHED_VIOLATION:
+    resolution = answered_by_x(problem, x, *claim, accuracy, counted=counted)
+    if solution.status is not Status.SOLVED and resolution.broken_limit > UNFINISHED_VIOLATION:
         return no_answer(problem, *claim)
-    return refuse_broken_claim(answer)
+    return refuse_broken_claim((resolution, Memory(np.zeros(problem.layout.width, dtype=np.int8))))
 
 
-def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
+def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array, Array]:
     """Convert a hierarchy of one level to a program whose Hessian is the identity.
 
         min ½ ‖u − Qᵀ c‖² + ½ ‖t‖²   in u = R x and slacks t,   where √w A = Q R and c = √w b
@@ -69,27 +68,14 @@ def orthogonal_program(problem: Hierarchy) -> tuple[QuadraticProgram, Array]:
             `with_rows_of_norm`.
 
     Returns:
-        The program in (u, t), and R (n, n).
+        The program in (u, t), and the two arrays from which `unknowns_of` finds x.
 
     Source:
         Lawson and Hanson (1974), "Solving Least Squares Problems", Chapter 23.
     """
-    level, limits, n = problem.levels[0], problem.limits, problem.n
-    equal = level.lower == level.upper
-    root = np.sqrt(level.weight)
-    Q, R = np.linalg.qr(root[equal, None] * level.A[equal])
-    soft = root[~equal, None] * level.A[~equal]
-    m = len(soft)
-    rows = np.vstack([np.eye(n), limits.A, soft])
-    slack = np.vstack([np.zeros((len(rows) - m, m)), -np.eye(m)])
-    C = np.hstack([np.asarray(np.linalg.solve(R.T, rows.T).T, dtype=np.float64), slack])
-    lower = np.concatenate([problem.box_lower, limits.lower, root[~equal] * level.lower[~equal]])
-    upper = np.concatenate([problem.box_upper, limits.upper, root[~equal] * level.upper[~equal]])
-    bounded = (lower > -np.inf) | (upper < np.inf)
-    g = np.concatenate([-Q.T @ (root[equal] * level.upper[equal]), np.zeros(m)])
-    unbounded = np.full(n + m, np.inf)
-    qp = QuadraticProgram(np.eye(n + m), g, C[bounded], lower[bounded], upper[bounded], -unbounded, unbounded)
-    return qp, R
+    B, diagonal, g, C, lower, upper = orthogonal_rows(problem.buffer, problem.n, problem.layout.offsets)
+    none = np.full(len(g), np.inf)
+    return QuadraticProgram(np.eye(len(g)), g, C, lower, upper, -none, none), B, diagonal
 
 
 def with_rows_of_norm(hierarchy: Hierarchy, *, units: bool, norm_units: bool) -> Hierarchy:
@@ -104,7 +90,7 @@ def with_rows_of_norm(hierarchy: Hierarchy, *, units: bool, norm_units: bool) ->
         A hierarchy with the same names and norm I. The rows A and weights of the norm are left for the caller
         to fill, as are the weights of all other rows.
     """
-    layout = _one_level(hierarchy.layout, units, norm_units)
+    layout = one_level_layout(hierarchy.layout, units=units, norm_units=norm_units)
     problem = Hierarchy.view(layout, np.zeros(layout.size), np.ones(hierarchy.n))
     problem.owner[:] = hierarchy.owner
     count = hierarchy.layout.row_count
@@ -117,8 +103,17 @@ def with_rows_of_norm(hierarchy: Hierarchy, *, units: bool, norm_units: bool) ->
 
 
 @lru_cache(maxsize=64)
-def _one_level(layout: Layout, units: bool, norm_units: bool) -> Layout:
-    """Return the layout of one level: all blocks in level 1, then the rows of the norm."""
+def one_level_layout(layout: Layout, *, units: bool, norm_units: bool) -> Layout:
+    """Return the layout of one level: all blocks in level 1, then the rows of the norm.
+
+    Args:
+        layout: Layout of the problem with strict levels.
+        units: As of `with_rows_of_norm`.
+        norm_units: As of `with_rows_of_norm`.
+
+    Returns:
+        The layout.
+    """
     blocks = tuple(replace(block, level=min(block.level, 1)) for block in layout.blocks)
     start, n = layout.row_count, layout.n
     norm = Block("norm", 1, start, start + n, layout.unknowns, ("",) * n)

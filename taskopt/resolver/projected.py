@@ -64,7 +64,7 @@ class ProjectedQP:
             memory: Ignored.
 
         Returns:
-            The answer to the projected problem, and a memory with its active set.
+            The answer to the projected problem, and a memory in which no row is active.
 
         Raises:
             UnknownName: There is no solver of that name.

@@ -14,19 +14,23 @@ import numpy as np
 
 from taskopt.arrays import Array, finite
 from taskopt.errors import InvalidValue
+from taskopt.hierarchy.certificate import largest_entry
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import (
     DIVERGED,
     LEAST_ACCURACY,
     OUT_OF_REACH,
-    SMALLEST_VELOCITY,
     SOLVER_SHARE,
 )
 from taskopt.resolver.refinement import has_numbers, refined
+from taskopt.resolver.unit_kernels import FINE, error_at_unit_size, examine_answer
+from taskopt.resolver.unit_program import UnitProgram
 from taskopt.solver.base import Solve
 
 SolveProgram = Callable[[QuadraticProgram], Solution]
+_NOTHING = np.empty((0, 0))
+_SOLVED = Status.SOLVED  # looking it up in the Enum costs as much as a short call
 _BOUNDS = ("lower", "upper", "box_lower", "box_upper")
 
 
@@ -48,15 +52,8 @@ def checked_accuracy(value: float) -> float:
     return accuracy
 
 
-def solve_to(
-    solve: Solve,
-    accuracy: float,
-    most: float = math.inf,
-    inverse: Array | None = None,
-    *,
-    refine: bool = True,
-) -> SolveProgram:
-    """Make a function that solves programs with a diagonal H to a given relative accuracy of x.
+class SolverTo:
+    """Solves programs with a diagonal H to a given relative accuracy of x.
 
     The unknowns are counted from the optimum without any bound, −H⁻¹ g, which leaves no linear term: rounding
     errors in g are no scale then. If it keeps all bounds, it is the optimum. Otherwise rows are divided by
@@ -69,34 +66,69 @@ def solve_to(
     Args:
         solve: A solver.
         accuracy: Accuracy of x that is asked for, relative to its largest entry, or to one if that is more.
-        most: Iterations, over all programs that the function solves, after which it starts no other one and
-            returns the status ITERATION_LIMIT.
-        inverse: Matrix of the entries for which the accuracy is asked, (p, n), inverse · x; None for x.
+        most: Iterations, over all programs that it solves, after which it starts no other one and returns
+            the status ITERATION_LIMIT.
+        inverse: Returns the matrix of the entries for which the accuracy is asked, (p, q), inverse · x[:q],
+            and is called where a solver is needed; None for x.
         refine: False to take the answers of the solver as they are, with what it claims.
-
-    Returns:
-        A function from a program to its solution, in the units of that program.
     """
-    within_reach = partial(_solve_within_reach, _Guarded(solve, most))
-    gain = 1.0 if inverse is None else float(np.abs(inverse).sum(axis=1).max(initial=0.0))
 
-    def solve_at_unit_size(qp: QuadraticProgram) -> Solution:
-        """Solve for the distance from the free optimum, at unit size."""
-        diagonal = np.diagonal(qp.H)
-        free = -qp.g / diagonal
-        unit, length, size = _around(qp, free)
-        if size == 0.0:
-            return Solution(free, np.zeros(len(length)), np.zeros(qp.n), Status.SOLVED)
-        tolerance = SOLVER_SHARE * accuracy * min(1.0, float(diagonal.min(initial=1.0)))
-        found = within_reach(unit, tolerance)
-        x = free + size * found.x
-        wanted = x if inverse is None else inverse @ x[: inverse.shape[1]]
-        largest = max(1.0, float(np.abs(wanted).max(initial=0.0)))
-        if refine:
-            found = refined(within_reach, unit, found, accuracy * min(1.0, largest / (gain * size)))
-        return replace(found, x=free + size * found.x, y=size * found.y / length, y_box=size * found.y_box)
+    def __init__(
+        self,
+        solve: Solve,
+        accuracy: float,
+        most: float = math.inf,
+        inverse: Callable[[], Array] | None = None,
+        *,
+        refine: bool = True,
+    ) -> None:
+        self._guarded, self._accuracy = _Guarded(solve, most), accuracy
+        self._inverse, self._refine = inverse, refine
 
-    return solve_at_unit_size
+    def __call__(self, qp: QuadraticProgram) -> Solution:
+        """Solve one program.
+
+        Args:
+            qp: The program; H must be diagonal and positive.
+
+        Returns:
+            The solution, in the units of that program.
+        """
+        unit = UnitProgram.of(qp)
+        if unit.size == 0.0:
+            return Solution(unit.free, np.zeros(unit.m), np.zeros(qp.n), Status.SOLVED)
+        return self.at_unit_size(unit)
+
+    def at_unit_size(self, unit: UnitProgram) -> Solution:
+        """Solve a program that has been scaled.
+
+        Args:
+            unit: The program at unit size; its size must not be zero.
+
+        Returns:
+            The solution, in the units of the program that was scaled. Its arrays may be those of `unit`.
+        """
+        tolerance = SOLVER_SHARE * self._accuracy * unit.least
+        raw = self._guarded.raw(unit.within_reach, tolerance)
+        entries = _NOTHING if self._inverse is None else self._inverse()
+        wanted = (self._accuracy if self._refine else math.inf), entries
+        code = examine_answer(unit.H, unit.arrays, unit.near, unit.size, _numbers(raw), wanted, unit.answer)
+        if code == FINE:
+            x, y, y_box = unit.answer
+            status = _SOLVED if self._refine else raw.status
+            return Solution(x, y[: unit.m], y_box, status, raw.iterations)
+        return self._in_steps(unit, raw, tolerance, entries)
+
+    def _in_steps(self, unit: UnitProgram, first: Solution, tolerance: float, entries: Array) -> Solution:
+        """Put back bounds that the first answer breaks, and refine what misses the accuracy."""
+        whole, size = unit.whole, unit.size
+        found = _solve_within_reach(self._guarded, whole, tolerance, sound(first))
+        if self._refine:
+            x = unit.free + size * found.x
+            asked = error_at_unit_size(self._accuracy, size, entries, x)
+            found = refined(partial(_solve_within_reach, self._guarded), whole, found, asked)
+        x, y = unit.free + size * found.x, size * found.y / unit.length[: unit.m]
+        return Solution(x, y, size * found.y_box, found.status, found.iterations)
 
 
 @dataclass
@@ -114,48 +146,59 @@ class _Guarded:
     spent: int = 0
 
     def __call__(self, qp: QuadraticProgram, accuracy: float) -> Solution:
-        """Solve a program of unit size; an answer that is larger than rounding allows has diverged."""
+        """Solve a program of unit size."""
+        return sound(self.raw(qp, accuracy))
+
+    def raw(self, qp: QuadraticProgram, accuracy: float) -> Solution:
+        """Solve a program of unit size, and return whatever numbers the solver returns."""
         if self.spent >= self.most:
-            return _nothing(qp, Status.ITERATION_LIMIT)
+            nothing = np.full(qp.n + len(qp.C), np.nan)
+            x = nothing[: qp.n]
+            return Solution(x, nothing[qp.n :], x, Status.ITERATION_LIMIT)
         found = self.solve(qp, accuracy)
         self.spent += found.iterations
-        if all(bool((np.abs(part) < DIVERGED).all()) for part in (found.x, found.y, found.y_box)):
-            return found
-        status = Status.FAILED if found.status is Status.SOLVED else found.status
-        return _nothing(qp, status, found.iterations)
+        return found
 
 
-def _nothing(qp: QuadraticProgram, status: Status, iterations: int = 0) -> Solution:
-    """Return an answer of NaN."""
-    x = np.full(qp.n, np.nan)
-    return Solution(x, np.full(len(qp.C), np.nan), x, status, iterations)
+def sound(found: Solution) -> Solution:
+    """Replace an answer at unit size that is larger than rounding allows, since it has diverged.
 
+    Args:
+        found: Answer of a solver.
 
-def _around(qp: QuadraticProgram, free: Array) -> tuple[QuadraticProgram, Array, float]:
-    """Return the program in (x − free) / size with rows of length one, the lengths (m,), and the size.
-
-    The size is the largest distance of the free optimum to an interval; 0 if it is inside all of them.
+    Returns:
+        The same answer, or one of NaN that does not claim to be solved.
     """
-    length = np.linalg.norm(qp.C, axis=1)
-    length[length == 0.0] = 1.0
-    value = qp.C @ free
-    rows = (qp.lower - value) / length, (qp.upper - value) / length
-    bounds = [*rows, qp.box_lower - free, qp.box_upper - free]
-    outside = np.concatenate([bounds[0], -bounds[1], bounds[2], -bounds[3]]).max(initial=0.0)
-    size = max(float(outside), SMALLEST_VELOCITY) if outside > 0.0 else 0.0
-    scaled = {name: bound / (size or 1.0) for name, bound in zip(_BOUNDS, bounds, strict=True)}
-    return replace(qp, g=np.zeros(qp.n), C=qp.C / length[:, None], **scaled), length, size
+    numbers = _numbers(found)
+    if all(largest_entry(part) < DIVERGED for part in numbers):
+        return found
+    x, y, y_box = (np.full_like(part, np.nan) for part in numbers)
+    status = Status.FAILED if found.status is Status.SOLVED else found.status
+    return Solution(x, y, y_box, status, found.iterations)
 
 
-def _solve_within_reach(solve: Solve, qp: QuadraticProgram, accuracy: float) -> Solution:
-    """Solve a program of unit size without the bounds that its x does not reach."""
+def _numbers(found: Solution) -> tuple[Array, Array, Array]:
+    """Return x, y and y_box of an answer in the form that kernels are compiled for."""
+    return (
+        np.ascontiguousarray(found.x, dtype=np.float64),
+        np.ascontiguousarray(found.y, dtype=np.float64),
+        np.ascontiguousarray(found.y_box, dtype=np.float64),
+    )
+
+
+def _solve_within_reach(
+    solve: Solve, qp: QuadraticProgram, accuracy: float, first: Solution | None = None
+) -> Solution:
+    """Solve a program of unit size without the bounds that its x does not reach; `first` was found so."""
     bounds = [qp.lower, qp.upper, qp.box_lower, qp.box_upper]
     free = [-np.inf, np.inf, -np.inf, np.inf]
     near = [np.abs(bound) <= OUT_OF_REACH for bound in bounds]
     iterations = 0
     while True:
-        kept = (np.where(*part) for part in zip(near, bounds, free, strict=True))
-        found = solve(replace(qp, **dict(zip(_BOUNDS, kept, strict=True))), accuracy)
+        if first is None:
+            kept = (np.where(*part) for part in zip(near, bounds, free, strict=True))
+            first = solve(replace(qp, **dict(zip(_BOUNDS, kept, strict=True))), accuracy)
+        found, first = first, None
         iterations += found.iterations
         if not has_numbers(found):
             return replace(found, iterations=iterations)

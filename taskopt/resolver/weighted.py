@@ -16,8 +16,9 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import ACCURACY, COUNTED_MULTIPLIER, WEIGHT_SPREAD
 from taskopt.resolver.base import Memory
 from taskopt.resolver.closed_form import level_ratio, weighted_least_squares
-from taskopt.resolver.one_level import answer_one_level, with_rows_of_norm
+from taskopt.resolver.one_level import answer_one_level, one_level_layout
 from taskopt.resolver.solver_accuracy import checked_accuracy
+from taskopt.resolver.weighted_kernels import weigh_rows
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class WeightedQP:
             memory: Ignored.
 
         Returns:
-            The answer to the weighted problem, and a memory with its active set.
+            The answer to the weighted problem, and a memory in which no row is active.
 
         Raises:
             UnknownName: There is no solver of that name.
@@ -94,12 +95,9 @@ def weighted_problem(hierarchy: Hierarchy, ratio: float | None = None) -> Hierar
         A hierarchy of one level with the same names, in which the norm is n additional rows.
     """
     ratio = ratio or level_ratio(hierarchy.layout.level_count)
-    diagonal = hierarchy.norm.ndim == 1
-    problem = with_rows_of_norm(hierarchy, units=True, norm_units=diagonal)
-    count, levels = hierarchy.layout.row_count, hierarchy.layout.level_count
-    problem.A[count:] = np.eye(hierarchy.n) if diagonal else root_of(hierarchy.norm)
-    problem.weight[count:] = hierarchy.norm if diagonal else 1.0
-    for k in range(levels + 1):
-        rows = hierarchy.layout.rows_of_level(k)
-        problem.weight[rows] = hierarchy.weight[rows] * ratio ** (max(k, 1) - 1 - levels)
+    diagonal = hierarchy.norm.ndim == 1 or hierarchy.n == 1
+    layout = one_level_layout(hierarchy.layout, units=True, norm_units=hierarchy.norm.ndim == 1)
+    problem = Hierarchy.view(layout, np.empty(layout.size), np.ones(hierarchy.n))
+    norm = hierarchy.norm.copy().ravel() if diagonal else root_of(hierarchy.norm).ravel()
+    weigh_rows(hierarchy.buffer, norm, hierarchy.layout.offsets, hierarchy.n, ratio, problem.buffer)
     return problem

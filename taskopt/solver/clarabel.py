@@ -7,6 +7,7 @@ import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
+from taskopt.solver.inside import inside
 from taskopt.solver.one_sided import compressed, one_sided
 
 clarabel: Any = package  # a compiled module without stubs: a type checker sees no names in it
@@ -36,15 +37,10 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     C = np.vstack([qp.C, np.eye(qp.n)])
     rows = one_sided(C, np.concatenate([qp.lower, qp.box_lower]), np.concatenate([qp.upper, qp.box_upper]))
     cones = [clarabel.ZeroConeT(len(rows.b)), clarabel.NonnegativeConeT(len(rows.h))]
-    solver = clarabel.DefaultSolver(
-        compressed(np.triu(qp.H)),
-        qp.g,
-        compressed(np.vstack([rows.A, rows.G])),
-        np.concatenate([rows.b, rows.h]),
-        [cone for cone in cones if cone.dim],
-        _settings(accuracy),
-    )
-    found = solver.solve()
+    H, A = compressed(np.triu(qp.H)), compressed(np.vstack([rows.A, rows.G]))
+    b, settings = np.concatenate([rows.b, rows.h]), _settings(accuracy)
+    with inside:
+        found = clarabel.DefaultSolver(H, qp.g, A, b, [cone for cone in cones if cone.dim], settings).solve()
     z = np.array(found.z)
     y = rows.multipliers(z[: len(rows.b)], z[len(rows.b) :], len(C))
     status = _STATUS.get(str(found.status), Status.FAILED)

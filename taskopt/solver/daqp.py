@@ -10,6 +10,8 @@ from taskopt.arrays import Array
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
+from taskopt.solver.forms import joint_bounds
+from taskopt.solver.inside import inside
 
 _INFINITY = 1e30  # bounds of this size are no bounds to DAQP
 _EQUALITY = 5  # code of an equality in DAQP's argument `sense`
@@ -39,17 +41,12 @@ def solve_hierarchy(hierarchy: Hierarchy, accuracy: float) -> tuple[Array, Statu
     n, root = hierarchy.n, np.sqrt(hierarchy.weight)
     upper = np.minimum(np.concatenate([hierarchy.box_upper, root * hierarchy.upper]), _INFINITY)
     lower = np.maximum(np.concatenate([hierarchy.box_lower, root * hierarchy.lower]), -_INFINITY)
-    x, _, flag, info = daqp.solve(
-        np.array(hierarchy.norm_matrix()),  # DAQP takes no array that may not be written to
-        np.zeros(n),
-        np.ascontiguousarray(root[:, None] * hierarchy.A),
-        upper,
-        lower,
-        np.where(lower == upper, _EQUALITY, 0).astype(np.intc),
-        n + hierarchy.layout.offsets[1:].astype(np.intc),  # limits first, then level by level
-        primal_tol=tolerance,
-        dual_tol=tolerance,
-    )
+    H, g = np.array(hierarchy.norm_matrix()), np.zeros(n)  # DAQP takes no array that may not be written to
+    A, sense = np.ascontiguousarray(root[:, None] * hierarchy.A), np.where(lower == upper, _EQUALITY, 0)
+    ends = n + hierarchy.layout.offsets[1:].astype(np.intc)  # limits first, then level by level
+    given = H, g, A, upper, lower, sense.astype(np.intc), ends
+    with inside:
+        x, _, flag, info = daqp.solve(*given, primal_tol=tolerance, dual_tol=tolerance)
     claims = {_SOFT_OPTIMAL: Status.SOLVED, **_STATUS}
     return np.asarray(x), claims.get(flag, Status.FAILED), info["iterations"]
 
@@ -67,23 +64,27 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     Returns:
         The solution with its multipliers.
     """
-    tolerance = float(np.clip(accuracy, 1e-13, 1e-6))
-    n = qp.n
-    upper = np.minimum(np.concatenate([qp.box_upper, qp.upper]), _INFINITY)
-    lower = np.maximum(np.concatenate([qp.box_lower, qp.lower]), -_INFINITY)
-    sense = np.where(lower == upper, _EQUALITY, 0).astype(np.intc)
-    x, _, flag, info = daqp.solve(
-        np.ascontiguousarray(qp.H),
-        qp.g,
-        np.ascontiguousarray(qp.C),
-        upper,
-        lower,
-        sense,
-        primal_tol=tolerance,
-        dual_tol=tolerance,
-        eps_prox=0.0,
-        sing_tol=_PIVOT,
-        iter_limit=_ITERATIONS,
-    )
-    y = np.asarray(info["lam"])
-    return Solution(np.asarray(x), y[n:], y[:n], _STATUS.get(flag, Status.FAILED), info["iterations"])
+    tolerance = min(max(accuracy, 1e-13), 1e-6)
+    n, m = qp.C.shape[1], len(qp.C)
+    bounds, sense = np.empty((2, n + m)), np.empty(n + m, dtype=np.intc)
+    given = qp.lower, qp.upper, qp.box_lower, qp.box_upper
+    boxed = joint_bounds(given, _INFINITY, _EQUALITY, bounds, sense)
+    first = 0 if boxed else n  # without a box there is less to go through
+    H, C = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.C)
+    with inside:
+        x, _, flag, info = daqp.solve(
+            H,
+            qp.g,
+            C,
+            bounds[1, first:],
+            bounds[0, first:],
+            sense[first:],
+            primal_tol=tolerance,
+            dual_tol=tolerance,
+            eps_prox=0.0,
+            sing_tol=_PIVOT,
+            iter_limit=_ITERATIONS,
+        )
+    y = info["lam"]
+    y_box = y[:n] if boxed else np.zeros(n)
+    return Solution(x, y[n - first :], y_box, _STATUS.get(flag, Status.FAILED), info["iterations"])

@@ -9,6 +9,7 @@ import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
+from taskopt.solver.inside import inside
 from taskopt.solver.one_sided import one_sided
 
 _PENALTY = 1e6  # price p of a violation; programs are scaled so that multipliers are far below it
@@ -30,16 +31,10 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     upper = np.concatenate([qp.upper, qp.box_upper[bounded]])
     rows = one_sided(C, lower, upper)
     equalities = {"A": np.asfortranarray(rows.A), "b": rows.b} if len(rows.b) else {}
-    found = elastiqp.solve(
-        np.asfortranarray(qp.H),
-        qp.g,
-        np.asfortranarray(rows.G),
-        rows.h,
-        _PENALTY,
-        method="das",
-        eps_abs=float(np.clip(accuracy, 1e-13, 1e-6)),
-        **equalities,
-    )
+    H, G, tolerance = np.asfortranarray(qp.H), np.asfortranarray(rows.G), min(max(accuracy, 1e-13), 1e-6)
+    options = {"method": "das", "eps_abs": tolerance}
+    with inside:
+        found = elastiqp.solve(H, qp.g, G, rows.h, _PENALTY, **options, **equalities)
     nothing = np.full(qp.n, np.nan)
     if not found.converged or found.n_saturated:
         return Solution(nothing, np.full(len(qp.C), np.nan), nothing, Status.FAILED, found.iters)

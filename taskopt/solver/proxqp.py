@@ -3,11 +3,14 @@
 Source: Bambade, Schramm, El-Kazdadi, Caron, Taylor and Carpentier (2025), IEEE Trans. Robotics 41.
 """
 
+from threading import local
+
 import numpy as np
 from proxsuite import proxqp
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
+from taskopt.solver.inside import inside
 
 _BACKEND = proxqp.dense.DenseBackend.PrimalDualLDLT
 _STATUS = {
@@ -16,6 +19,36 @@ _STATUS = {
     proxqp.PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE: Status.INFEASIBLE,
     proxqp.PROXQP_MAX_ITER_REACHED: Status.ITERATION_LIMIT,
 }
+
+_AS_NEW = {  # the defaults of ProxQP, with which an engine that is used again starts as a new one does
+    "update_preconditioner": True,
+    "rho": 1e-6,
+    "mu_eq": 1e-3,
+    "mu_in": 1e-1,
+}
+_MOST_ENGINES = 64  # kept by each thread; a control loop needs a few
+
+_Shape = tuple[int, int, int, bool, float]  # unknowns, equalities, other rows, whether boxed, tolerance
+
+
+class _Engines(local):
+    """Engines of this thread by shape of their programs, since making one takes longer than solving.
+
+    Attributes:
+        kept: The engines.
+    """
+
+    def __init__(self) -> None:
+        self.kept: dict[_Shape, proxqp.dense.QP] = {}
+
+    def keep(self, shape: _Shape, engine: proxqp.dense.QP) -> None:
+        """Keep an engine for the next program of its shape."""
+        if len(self.kept) >= _MOST_ENGINES:
+            self.kept.clear()
+        self.kept[shape] = engine
+
+
+_engines = _Engines()
 
 
 def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
@@ -31,27 +64,30 @@ def solve(qp: QuadraticProgram, accuracy: float) -> Solution:
     """
     equal = qp.equality
     free = ~equal
-    rows = int(free.sum())
-    engine = proxqp.dense.QP(qp.n, len(equal) - rows, rows, True, dense_backend=_BACKEND)
-    _configure(engine.settings, float(np.clip(accuracy, 1e-11, 1e-6)))
-    engine.init(
-        qp.H,
-        qp.g,
-        qp.C[equal],
-        qp.upper[equal],
-        qp.C[free],
-        qp.lower[free],
-        qp.upper[free],
-        qp.box_lower,
-        qp.box_upper,
-    )
-    engine.solve()
+    rows = int(np.count_nonzero(free))
+    boxed = bool(np.isfinite(qp.box_lower).any() or np.isfinite(qp.box_upper).any())
+    parts = [qp.H, qp.g, qp.C[equal], qp.upper[equal], qp.C[free], qp.lower[free], qp.upper[free]]
+    parts += [qp.box_lower, qp.box_upper] if boxed else []
+    shape = len(qp.g), len(equal) - rows, rows, boxed, min(max(accuracy, 1e-11), 1e-6)
+    with inside:
+        engine = _engines.kept.pop(shape, None)
+        if engine is None:
+            engine = proxqp.dense.QP(*shape[:4], dense_backend=_BACKEND)
+            _configure(engine.settings, shape[4])
+            engine.init(*parts)
+        else:
+            engine.update(*parts, **_AS_NEW)
+        engine.solve()
     found = engine.results
+    z = np.array(found.z)
     y = np.empty(len(equal))
     y[equal] = found.y
-    y[free] = found.z[:rows]
+    y[free] = z[:rows]
     status = _STATUS.get(found.info.status, Status.FAILED)
-    return Solution(np.array(found.x), y, np.array(found.z[rows:]), status, found.info.iter)
+    if status is Status.SOLVED:
+        _engines.keep(shape, engine)
+    y_box = z[rows:] if boxed else np.zeros(len(qp.g))
+    return Solution(np.array(found.x), y, y_box, status, found.info.iter)
 
 
 def _configure(settings: proxqp.Settings, tolerance: float) -> None:

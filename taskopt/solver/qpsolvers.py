@@ -10,10 +10,10 @@ from taskopt.arrays import Array
 from taskopt.errors import NotInstalled
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
+from taskopt.solver.inside import inside
 from taskopt.solver.one_sided import OneSided, compressed, one_sided
 
-_TOLERANCES = {  # the names under which a solver takes its tolerances; none for a solver that has no choice
-    "quadprog": (),
+_TOLERANCES = {  # the names under which a solver takes its tolerances
     "highs": ("primal_feasibility_tolerance", "dual_feasibility_tolerance"),
     "osqp": ("eps_abs", "eps_rel"),
     "scs": ("eps_abs", "eps_rel"),
@@ -151,7 +151,8 @@ def _solved(package: Any, problem: Any, name: str, options: dict[str, float]) ->
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the status says it
         try:
-            found = package.solve_problem(problem, name, **options)
+            with inside:
+                found = package.solve_problem(problem, name, **options)
         except (package.QPError, ValueError, ArithmeticError):  # some raise where others return nothing
             return None
     return found if found.found and found.x is not None else None

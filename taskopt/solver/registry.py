@@ -8,7 +8,7 @@ To add a solver to taskopt, write a file beside this one with a function `solve`
 import math
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cached_property, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
@@ -17,6 +17,7 @@ from pathlib import Path
 from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.solver.base import Solve, fault_of_solution
+from taskopt.solver.inside import inside
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Solver:
     @property
     def installed(self) -> bool:
         """True if the package of the solver can be imported."""
-        return not self.package or find_spec(self.package) is not None
+        return not self.package or "_imported" in vars(self) or find_spec(self.package) is not None
 
     def __call__(self, qp: QuadraticProgram, accuracy: float = 1e-10) -> Solution:
         """Solve a convex quadratic program; see `taskopt.solver.base.Solve`.
@@ -72,20 +73,20 @@ class Solver:
             InvalidValue: A user's function returns something that is not a solution of this program.
         """
         if self.function is None:
-            return _imported(self)(qp, accuracy)
-        found = self.function(qp, accuracy)
+            return self._imported(qp, accuracy)
+        with inside:
+            found = self.function(qp, accuracy)
         if fault := fault_of_solution(found, qp):
             raise InvalidValue(f"solver {self.name} {fault}; taskopt.testing.check_solver tries its promises")
         return found
 
-
-@cache
-def _imported(row: Solver) -> Solve:
-    """Import the module of a solver with its package, and return its function."""
-    if not row.installed:
-        raise NotInstalled(f"solver {row.name}", row.install)
-    solve = import_module(f"taskopt.solver.{row.module}").solve
-    return partial(solve, row.name) if row.module == "qpsolvers" else solve
+    @cached_property
+    def _imported(self) -> Solve:
+        """The function of a solver of the table, imported with its package at the first use."""
+        if not self.installed:
+            raise NotInstalled(f"solver {self.name}", self.install)
+        solve = import_module(f"taskopt.solver.{self.module}").solve
+        return partial(solve, self.name) if self.module == "qpsolvers" else solve
 
 
 _MOST = 700  # iterations; one program takes 300 at most, so that no tick takes more than 1,000
@@ -104,7 +105,16 @@ _TABLE = (
         "proxqp",
         most_iterations=_MOST,
     ),
-    Solver("quadprog", "dual active set", 1e-11, "quadprog", "quadprog", False, most_iterations=_MOST),
+    Solver(
+        "quadprog",
+        "dual active set",
+        1e-11,
+        "quadprog",
+        "quadprog",
+        False,
+        "quadprog",
+        most_iterations=_MOST,
+    ),
     Solver("elastiqp", "dual active set", 1e-11, "elastiqp", "elastiqp", False, "elastic"),
     Solver("piqp", "proximal interior point", 1e-6, "piqp", "piqp", False, most_iterations=_MOST),
     # Of 1000 random programs it gave up 11, and called 2 solved with an error of 0.5: held to nothing.

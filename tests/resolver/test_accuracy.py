@@ -29,7 +29,7 @@ from taskopt.resolver.closed_form import (
 )
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.registry import resolver, resolver_names
-from taskopt.resolver.solver_accuracy import solve_to
+from taskopt.resolver.solver_accuracy import SolverTo
 from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver import registry
 from taskopt.solver.registry import Solver, solver, solvers
@@ -219,7 +219,7 @@ def test_a_tighter_accuracy_asks_the_solver_for_less_residual() -> None:
     spy = Spy()
     for H, accuracy in ((1.0, 1e-8), (1.0, 1e-6), (0.01, 1e-6)):
         qp = QuadraticProgram.checked(H * np.eye(2), [300.0, -40.0], [[0.0, 10.0]], [7e5])
-        np.testing.assert_allclose(solve_to(spy, accuracy)(qp).x, [-300.0 / H, 7e4], rtol=1e-15)
+        np.testing.assert_allclose(SolverTo(spy, accuracy)(qp).x, [-300.0 / H, 7e4], rtol=1e-15)
     first, second, third = spy.asked
     assert second == pytest.approx(100.0 * first)
     assert third == pytest.approx(0.01 * second)
@@ -233,7 +233,7 @@ def test_rounding_errors_are_no_scale() -> None:
     """A gradient of 1e-17 beside bounds of size one leaves them of size one; it is no number to divide by."""
     spy = Spy()
     qp = QuadraticProgram.checked(np.eye(2), [1e-17, 0.0], box_lower=[1.0, -2.0], box_upper=[2.0, 2.0])
-    solve_to(spy, 1e-8)(qp)
+    SolverTo(spy, 1e-8)(qp)
     np.testing.assert_allclose(spy.programs[0].box_upper, [2.0, 2.0])
 
 
@@ -241,11 +241,11 @@ def test_an_optimum_without_bounds_that_keeps_them_needs_no_solver() -> None:
     """It is the optimum with them; the solver is asked as soon as one bound is broken."""
     spy = Spy()
     qp = QuadraticProgram.checked(np.eye(2), [-3.0, 0.0], box_lower=[-1.0, -2.0], box_upper=[3.0, 2.0])
-    found = solve_to(spy, 1e-8)(qp)
+    found = SolverTo(spy, 1e-8)(qp)
     assert found.status is Status.SOLVED
     assert not spy.programs
     np.testing.assert_array_equal(found.x, [3.0, 0.0])
-    solve_to(spy, 1e-8)(replace(qp, box_upper=np.array([2.999, 2.0])))
+    SolverTo(spy, 1e-8)(replace(qp, box_upper=np.array([2.999, 2.0])))
     assert spy.programs
 
 
@@ -253,13 +253,13 @@ def test_an_optimum_without_bounds_that_keeps_them_needs_no_solver() -> None:
 def test_a_bound_that_nothing_reaches_is_none(far: float) -> None:
     """A solver never sees it; one that the first answer breaks is put back, so that the answer keeps it."""
     spy = Spy()
-    solve_to(spy, 1e-8)(QuadraticProgram.checked(np.eye(2), [3.0, 0.0], box_lower=[2.0, -far]))
+    SolverTo(spy, 1e-8)(QuadraticProgram.checked(np.eye(2), [3.0, 0.0], box_lower=[2.0, -far]))
     assert [list(unit.box_lower) for unit in spy.programs] == [[1.0, -np.inf]]
 
 
 def test_a_far_bound_that_the_answer_needs_is_put_back() -> None:
     """x₁ + 1e-6 x₂ + 1e-7 x₃ ≥ 1 with x₁ ≤ 0 takes x₂ to 1e6 / 1.01, or, from x₂ = 5e5, x₃ to 5e6."""
-    engine, row = solve_to(solver("daqp"), 1e-8), [[1.0, 1e-6, 1e-7]]
+    engine, row = SolverTo(solver("daqp"), 1e-8), [[1.0, 1e-6, 1e-7]]
     for most, optimum in ((1e9, [0.0, 1e6 / 1.01, 1e5 / 1.01]), (5e5, [0.0, 5e5, 5e6])):
         qp = QuadraticProgram.checked(
             np.eye(3), np.zeros(3), row, [1.0], [np.inf], [-1e9] * 3, [0.0, most, 1e9]

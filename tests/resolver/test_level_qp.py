@@ -8,7 +8,7 @@ from taskopt.hierarchy.qp import QuadraticProgram, Solution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import final_state
 from taskopt.resolver.level_qp import RowSet, least_violation, row_svd
-from taskopt.resolver.solver_accuracy import solve_to
+from taskopt.resolver.solver_accuracy import SolverTo
 from taskopt.solver.registry import solver
 
 
@@ -26,7 +26,7 @@ def test_bounds_of_a_feasible_point_are_clipped_so_that_it_is_feasible_exactly()
 
 def test_a_stronger_pull_is_tried_where_a_solver_fails() -> None:
     """ξ keeps a row but for rounding: zero is inside on z; if ξ is not known to keep it, zero is not."""
-    engine = solve_to(solver("daqp"), 1e-8)
+    engine = SolverTo(solver("daqp"), 1e-8)
 
     def fails_near_singularity(program: QuadraticProgram) -> Solution:
         found = engine(program)

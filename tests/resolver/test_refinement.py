@@ -16,7 +16,7 @@ from taskopt.resolver import level_qp
 from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.refinement import natural_residual
 from taskopt.resolver.registry import resolver
-from taskopt.resolver.solver_accuracy import solve_to
+from taskopt.resolver.solver_accuracy import SolverTo
 from taskopt.resolver.weighted import weighted_problem
 from taskopt.solver.base import Solve
 from taskopt.solver.registry import solver
@@ -37,7 +37,7 @@ def wrong(x: Array, exact: list[Fraction]) -> bool:
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_bound_that_holds_with_a_multiplier_of_zero_is_met_exactly(name: str) -> None:
     """min ½ ‖x − (2, 1)‖² with x ≤ 1, to 1e-11 whatever the solver."""
-    found = solve_to(solver(name), 1e-8)(TIE)
+    found = SolverTo(solver(name), 1e-8)(TIE)
     assert found.status is Status.SOLVED
     np.testing.assert_allclose(found.x, CORNER, rtol=0.0, atol=1e-11)
 
@@ -98,10 +98,10 @@ def off_by(share: float) -> Solve:
 
 def test_an_answer_is_refined_until_it_is_exact_or_is_not_claimed() -> None:
     """A relative error of 1e-4 is refined away; one of a half is too far for that, and refused."""
-    mended = solve_to(off_by(1e-4), 1e-8)(TIE)
+    mended = SolverTo(off_by(1e-4), 1e-8)(TIE)
     assert mended.status is Status.SOLVED
     np.testing.assert_allclose(mended.x, CORNER, rtol=0.0, atol=1e-9)
-    assert solve_to(off_by(0.5), 1e-8)(TIE).status is Status.ITERATION_LIMIT
+    assert SolverTo(off_by(0.5), 1e-8)(TIE).status is Status.ITERATION_LIMIT
 
 
 @pytest.mark.filterwarnings("error")
@@ -114,7 +114,7 @@ def test_numbers_that_overflow_are_no_answer(number: float) -> None:
         return Solution(x, np.full(len(qp.C), number), -x, Status.SOLVED)
 
     rows = replace(TIE, C=np.array([[1.0, -1.0]]), lower=np.zeros(1), upper=np.zeros(1))
-    found = solve_to(diverging, 1e-8)(rows)
+    found = SolverTo(diverging, 1e-8)(rows)
     assert found.status is Status.FAILED
     assert np.isnan(found.x).all()
 
@@ -127,7 +127,7 @@ def test_no_program_is_started_after_the_last_iteration() -> None:
         asked.append(qp)
         return replace(solver("daqp")(qp, accuracy), iterations=400)
 
-    solve = solve_to(slow, 1e-8, 700)
+    solve = SolverTo(slow, 1e-8, 700)
     assert [solve(TIE).status for _ in range(3)] == [Status.SOLVED, Status.SOLVED, Status.ITERATION_LIMIT]
     assert len(asked) == 2
 
@@ -142,7 +142,7 @@ def test_proximal_steps_that_do_not_converge_are_not_claimed(monkeypatch: pytest
 
 def test_proximal_steps_end_at_rounding_errors() -> None:
     """An error of 4e-15 / weight in a free direction doubles from step to step; it is no way that is left."""
-    exact, asked = solve_to(solver("daqp"), 1e-8), []
+    exact, asked = SolverTo(solver("daqp"), 1e-8), []
 
     def rounded(qp: QuadraticProgram) -> Solution:
         asked.append(qp)
