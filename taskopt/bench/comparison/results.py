@@ -107,7 +107,7 @@ def read_results(path: str | Path) -> Results:
                 continue
             count = len(entry["rows"]["index"])
             for name in BLANK:
-                columns[name] += entry["rows"][name]
+                columns[name] += entry["rows"].get(name, [BLANK[name]] * count)  # older rows have fewer
             for name in PLACE:
                 columns[name] += [entry["cell"][name]] * count
     except (KeyError, TypeError, ValueError) as error:
@@ -138,6 +138,7 @@ class Figures:
         distance: Median, 95th percentile and largest distance from it, among the same.
         cpu: Processor time, p50, p95 and p99 [s].
         mean: Shifted geometric mean of the processor time [s].
+        inside: Wall clock inside the package of the solver, p50 [s]; NaN where it was not measured.
         wall: Wall clock, p50, p99 and largest [s].
         missed: Share of the answers that take longer than 1 ms of wall clock.
         failed: Number of answers that crashed, missed the deadline, or were not tried after that.
@@ -155,6 +156,7 @@ class Figures:
     distance: tuple[float, float, float]
     cpu: tuple[float, float, float]
     mean: float
+    inside: float
     wall: tuple[float, float, float]
     missed: float
     failed: int
@@ -187,6 +189,7 @@ def figures(rows: Results) -> Figures:
         distance=_three(off, (50, 95, 100)),
         cpu=_three(cpu[ran], (50, 95, 99)),
         mean=shifted_mean(cpu[ran]),
+        inside=float(np.percentile(of["inside"][ran], 50, method="higher")) if ran.any() else np.nan,
         wall=_three(wall[ran], (50, 99, 100)),
         missed=float(np.mean(wall[ran] > PERIOD)) if ran.any() else np.nan,
         failed=int(np.isin(of["status"], ["CRASHED", "DEADLINE", "NOT RUN"]).sum()),

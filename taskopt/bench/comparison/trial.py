@@ -20,6 +20,7 @@ from taskopt.hierarchy.tolerances import REGRETTED
 from taskopt.resolver.base import Memory, Resolver
 from taskopt.resolver.registry import resolver
 from taskopt.resolver.regret import level_residuals
+from taskopt.solver.inside import nanoseconds_inside
 from taskopt.solver.registry import at_defaults
 
 Value = str | int | float | bool
@@ -76,12 +77,14 @@ class Timed(NamedTuple):
         memory: Memory for the next problem.
         wall: Median of the wall clock [s].
         cpu: Median of the processor time of the process, all threads together [s].
+        inside: Median of the wall clock inside the package of the solver [s].
     """
 
     resolution: Resolution
     memory: Memory
     wall: float
     cpu: float
+    inside: float
 
 
 def trial(
@@ -110,7 +113,8 @@ def trial(
             continue
         memory, found = timed.memory, timed.resolution
         effort: Row = {"iterations": found.iterations, "changes": _changes(found, before)}
-        times: Row = {"wall": timed.wall, "cpu": timed.cpu, "fallback": found.fallback or ""}
+        times: Row = {"wall": timed.wall, "cpu": timed.cpu, "inside": timed.inside}
+        times["fallback"] = found.fallback or ""
         claim: Row = {"status": found.status.name, "claimed": found.claimed}
         yield {**row, **claim, **_verdict(found, known), **_errors(found.x, known), **times, **effort}
         before = found
@@ -147,6 +151,8 @@ ROW = {
     "outside": "largest violation of a bound or a hard row",
     "wall": "wall clock [s], median of the repeats",
     "cpu": "processor time of the process [s], median of the repeats",
+    "inside": "wall clock inside the package of a solver [s], median; 0 for one without, "
+    "NaN where it was not measured",
     "iterations": "iterations that the resolver states",
     "changes": "bounds and rows whose activity differs from the answer before; −1 for the first",
     "fallback": "method that answered instead of active-set, if one did",
@@ -157,7 +163,8 @@ ROW = {
 BLANK: Row = {
     "index": -1, "status": "", "claimed": False, "verdict": NO_CLAIM, "error_bound": np.inf,
     "distance": np.nan, "reference": "none", "regret": 0.0, "level": 0, "outside": np.nan, "wall": np.nan,
-    "cpu": np.nan, "iterations": 0, "changes": -1, "fallback": "", "note": "",
+    "cpu": np.nan, "inside": np.nan,
+    "iterations": 0, "changes": -1, "fallback": "", "note": "",
 }  # fmt: skip
 """A row without an answer."""
 
@@ -166,13 +173,16 @@ def _timed(answer: Resolver, problem: Hierarchy, memory: Memory | None, repeats:
     """Resolve a problem some times; one that takes long, once."""
     walls: list[float] = []
     cpus: list[float] = []
+    within: list[int] = []
     while True:
+        before = nanoseconds_inside()
         wall, cpu = time.perf_counter(), time.process_time()
         resolution, after = answer(problem, memory)
         cpus.append(time.process_time() - cpu)
         walls.append(time.perf_counter() - wall)
+        within.append(nanoseconds_inside() - before)
         if len(walls) >= repeats or sum(walls) > REPEATED:
-            return Timed(resolution, after, median(walls), median(cpus))
+            return Timed(resolution, after, median(walls), median(cpus), 1e-9 * median(within))
 
 
 def _verdict(found: Resolution, known: Reference) -> Row:

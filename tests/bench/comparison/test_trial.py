@@ -160,3 +160,11 @@ def test_what_is_proven_on_a_condition_is_told_from_what_is_undecided() -> None:
     exact = Hierarchy([Level(J, [1.0]), Level(J, [1.5])])
     rows = [*trial([reference(exact)], resolver("active-set"), SETTINGS["cold"], repeats=1)]
     assert [row["verdict"] for row in rows] == ["proven"]
+
+
+def test_time_inside_a_solver_is_a_part_of_the_time_around_it() -> None:
+    """It is zero for a resolver without a package, and less than the wall clock for one with."""
+    known = [reference(Hierarchy([Level([[1.0, 1.0]], [3.0])], box=([-1.0, -1.0], [1.0, 1.0])))]
+    (own,), (other,) = ([*trial(known, resolver(name), COLD)] for name in ("active-set", "hqp/daqp"))
+    assert own["inside"] == 0.0
+    assert 0.0 < float(other["inside"]) < float(other["wall"])
