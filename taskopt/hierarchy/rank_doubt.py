@@ -24,7 +24,7 @@ from taskopt.hierarchy.view import Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import borrowed
 
-_LITTLE = 0.01  # share of all that is asked for, up to which a row asks for next to nothing
+LITTLE = 0.01  # share of all that is asked for, up to which a row asks for next to nothing
 _GROWTH = 1.25  # by which a lower bound of σ_min is raised until a factorisation refuses it
 _PERIOD, _LEAST, _COUNT, _ROWS = 0, 1, 2, 3  # where Δt, s, the number of rows and B stand in `watch`
 
@@ -136,7 +136,7 @@ def _largest_threshold(problem: Rows, x: Array, state: StateArray, watch: Array)
             i = stop
     little, slip = 0.0, 0.0
     for i in range(groups.size):
-        if asks[i] > _LITTLE * asked:
+        if asks[i] > LITTLE * asked:
             slip += slips[i]
         else:
             little += asks[i]

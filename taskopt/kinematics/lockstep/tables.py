@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, BoolArray, IntArray
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block
 from taskopt.hierarchy.tolerances import FAST_PATH_COVERED
@@ -42,6 +42,11 @@ class Tables(NamedTuple):
         root: D^-½, (nv,).
         slack: 1/w of each row of M that may keep a residual, 0 of the others, (m,).
         first: Weights of the rows of the first level, unless that is the last one, (k,).
+        period: Δt [s], or 0 if the stack has no damping, (1,).
+        group: Group of each row of M whose entries change with the posture, 0 of the others, (m,).
+        share: Weight of each row of M as a share of the least one of curved rows in its level, (m,).
+        heaviest: Largest of these in the group of each row, (m,).
+        counted: True for curved rows of M, and for all in levels before the last curved one, (m,).
         box: Lower and upper bounds with which each tick starts, (2, nv) [rad/s, m/s].
         ranges: Column and place in q of each bound on a position, (l, 2).
         range_numbers: Lower and upper limit [rad, m] inside the margin, and κ/Δt [1/s], (l, 3).
@@ -62,6 +67,11 @@ class Tables(NamedTuple):
     root: Array
     slack: Array
     first: Array
+    period: Array
+    group: IntArray
+    share: Array
+    heaviest: Array
+    counted: BoolArray
     box: Array
     ranges: IntArray
     range_numbers: Array
@@ -123,6 +133,8 @@ class Reader:
             1.0 / np.sqrt(D),
             np.where(rest >= soft, 1.0 / weight[rest], 0.0),
             weight[: int(offsets[2])] if len(offsets) > 3 else np.zeros(0),
+            np.array([plan.dt if plan.stack.damping is not None else 0.0]),
+            *self._watched(rest),
             base_box(plan.tick)[:2].copy(),
             ranges,
             numbers,
@@ -145,8 +157,6 @@ class Reader:
                     f"{what} the limit '{limit.name}', a {type(made).__name__}; it takes {LIMITS}. Use a "
                     "Controller for each robot, or leave the limit out"
                 )
-        if plan.stack.damping is not None:
-            raise InvalidValue(f"{what} the damping of a stack, {plan.stack.damping}; leave it out")
         if plan.hierarchy.norm.ndim == 2:
             raise InvalidValue(f"{what} a norm that is a full matrix; give its diagonal (nv,)")
 
@@ -198,6 +208,24 @@ class Reader:
         gains = [np.broadcast_to(task.gain, len(task.row_names)) for task, _ in self.joint_tasks]
         pairs = np.column_stack([columns, position[columns]]) if columns else np.zeros((0, 2))
         return pairs.astype(np.int64), np.concatenate([np.zeros(0), *gains])
+
+    def _watched(self, rest: IntArray) -> tuple[IntArray, Array, Array, BoolArray]:
+        """Return `group`, `share`, `heaviest` and `counted` of the rows `rest`, which are those of M."""
+        layout, weight = self._plan.layout, self._plan.hierarchy.weight
+        level = np.repeat(np.arange(layout.level_count + 1), np.diff(layout.offsets))
+        curved = self._plan.groups > 0
+        share = np.ones(len(level))
+        for k in np.unique(level[curved]):
+            share[level == k] = weight[level == k] / weight[curved & (level == k)].min()
+        heaviest = [share[self._plan.groups == group].max() for group in self._plan.groups]
+        last = level[curved].max(initial=0)
+        counted = curved | (level < last)
+        return (
+            np.asarray(self._plan.groups, dtype=np.int64)[rest],
+            share[rest],
+            np.array(heaviest)[rest],
+            counted[rest],
+        )
 
     def _ranges(self) -> tuple[IntArray, Array]:
         """Return `ranges` and `range_numbers`."""

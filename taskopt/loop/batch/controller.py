@@ -35,7 +35,7 @@ class BatchController:
 
     It takes robots with revolute and prismatic joints; the tasks FrameTask, PositionTask, OrientationTask,
     JointTask and DampingTask in any levels, with targets that stand still or are set; JointPositionLimit and
-    JointVelocityLimit. Whatever else a stack has is refused by name.
+    JointVelocityLimit; RestDamping. Whatever else a stack has is refused by name.
 
     Args:
         robot: The robot, of which every arm is one.
@@ -67,6 +67,7 @@ class BatchController:
         self._memory = [new_memory(self._tables) for _ in range(threads or os.cpu_count() or 1)]
         self._state: StateArray | None = None
         self._kept: dict[int, object] = {}  # memory of arms that took a tick of their own at the last step
+        self._damped: set[int] = set()  # arms whose last step was damped
 
     def start(self, q: ArrayLike) -> None:
         """Start all targets from the postures of the arms, and forget the last step.
@@ -83,7 +84,7 @@ class BatchController:
         postures = self._postures(q, None)
         self._targets.start(postures)
         self._state = np.zeros((len(postures), self._robot.nv), np.int8)
-        self._kept = {}
+        self._kept, self._damped = {}, set()
         self._loop.start(postures[0], 0.0)
         for task in self.plan.tasks:
             if isinstance(task, AimedTask):
@@ -126,12 +127,16 @@ class BatchController:
         self._targets.follow()
         count, nv = self._state.shape
         targets = self._targets.goals, self._targets.joint_goals
-        v, bound, proven = np.empty((count, nv)), np.empty((count, nv)), np.empty(count, np.bool_)
+        v, bound = np.empty((count, nv)), np.empty((count, nv))
+        proven, doubt = np.empty(count, np.bool_), np.zeros(count, np.bool_)
         order = np.argsort(np.count_nonzero(self._state, axis=1), kind="stable")
-        self._in_lockstep(Arms(order, postures, *targets, self._state, v, bound, proven))
+        self._in_lockstep(Arms(order, postures, *targets, self._state, v, bound, proven, doubt))
         status = np.full(count, Status.SOLVED, dtype=object)
         resolutions = {}
         kept, self._kept = self._kept, {}
+        proven[doubt] = False
+        proven[list(self._damped)] = False  # single undamped ticks would throw an arm that rests
+        self._damped = set()
         for arm in np.flatnonzero(~proven).tolist():
             try:
                 resolution = self._in_own_tick(arm, postures[arm], kept.get(arm))
@@ -193,4 +198,6 @@ class BatchController:
             self._loop.remember(kept)
         resolution = self._loop.tick(q, 0.0)
         self._kept[arm] = self._loop.recall()
+        if resolution.undamped is not None:
+            self._damped.add(arm)
         return resolution

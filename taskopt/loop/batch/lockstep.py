@@ -7,15 +7,17 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.jit import kernel, kernel_unlocked
 from taskopt.jit.borrowed import borrowed
-from taskopt.jit.pack import PACK
+from taskopt.jit.pack import PACK, store
 from taskopt.kinematics.lockstep.chain import Chain
 from taskopt.kinematics.lockstep.rows import fill_pack, state_in, state_packs, state_size
 from taskopt.kinematics.lockstep.tables import Tables
 from taskopt.resolver.active_set.lockstep import resolve_pack
+from taskopt.resolver.active_set.lockstep.doubt import ranks_in_doubt
 from taskopt.resolver.active_set.lockstep.records import (
     ArmAnswers,
     ArmRows,
     Cost,
+    Watch,
     scratch_in,
     scratch_packs,
 )
@@ -33,6 +35,7 @@ class Arms(NamedTuple):
         v: Velocities, written, (N, nv) [rad/s, m/s].
         bound: Bound on their error, written, (N, nv).
         proven: True where the answer is proven, written, (N,).
+        doubt: True where the answer may have to be damped, written, (N,).
     """
 
     order: IntArray
@@ -43,6 +46,7 @@ class Arms(NamedTuple):
     v: Array
     bound: Array
     proven: Mask
+    doubt: Mask
 
 
 def new_memory(tables: Tables) -> Array:
@@ -90,11 +94,16 @@ def resolve_arms(tables, arms, first, stop, memory):
     )
     scratch = scratch_in(columns[7 * n + 1 :], m, n)
     cost = Cost(t.D, t.root, t.slack, t.first)
+    watch = Watch(t.period, t.group, t.share, t.heaviest, t.counted, t.box)
     for begin in range(first, stop, PACK):
         _gather(t, arms, begin, stop, state, answers.state)
         fill_pack(t, state, rows)
         resolve_pack(cost, rows, answers, scratch)
         _scatter(arms, begin, stop, answers)
+        if t.period[0] > 0.0:
+            store(answers.proven, 0, ranks_in_doubt(watch, rows, answers.x, scratch, (m, n)))
+            for lane in range(min(PACK, stop - begin)):
+                arms.doubt[arms.order[begin + lane]] = answers.proven[0, lane] > 0.5
 
 
 @kernel
@@ -130,7 +139,7 @@ def _borrowed_arms(arms):
     return Arms(
         borrowed(arms.order),
         borrowed(arms.q), borrowed(arms.goals), borrowed(arms.joint_goals), borrowed(arms.state),
-        borrowed(arms.v), borrowed(arms.bound), borrowed(arms.proven),
+        borrowed(arms.v), borrowed(arms.bound), borrowed(arms.proven), borrowed(arms.doubt),
     )  # fmt: skip
 
 
@@ -144,5 +153,6 @@ def _borrowed_tables(t):
         chain, borrowed(t.frames), borrowed(t.places), borrowed(t.moves), borrowed(t.rows),
         borrowed(t.gains), borrowed(t.joints), borrowed(t.joint_gains), borrowed(t.constants),
         borrowed(t.costs), borrowed(t.cost_weights), borrowed(t.D), borrowed(t.root), borrowed(t.slack),
-        borrowed(t.first), borrowed(t.box), borrowed(t.ranges), borrowed(t.range_numbers),
+        borrowed(t.first), borrowed(t.period), borrowed(t.group), borrowed(t.share), borrowed(t.heaviest),
+        borrowed(t.counted), borrowed(t.box), borrowed(t.ranges), borrowed(t.range_numbers),
     )  # fmt: skip

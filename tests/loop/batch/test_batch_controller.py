@@ -218,7 +218,6 @@ ROUND = PositionTask("tip", target=Circle(radius=0.1, period=2.0), axes="xy")
     [
         (Stack([[ROUND]]), "'tip position', a Circle"),
         (Stack([[POINT], *POSTURE], [JointAccelerationLimit(5.0)]), "a JointAccelerationLimit"),
-        (Stack([[POINT], *POSTURE], damping=RestDamping()), "RestDamping"),
         (Stack(POSTURE, norm=np.eye(3) + 0.1), "full matrix"),
         (Stack([[POINT], [JointTask(joints=["joint1"])]]), "joint2"),
     ],
@@ -274,3 +273,47 @@ def test_poses_are_those_of_a_configuration() -> None:
         found = frame_poses(of, frame, q)
         expected = [Configuration(of, posture).pose(frame) for posture in q]
         np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+DAMPED: dict[str, list[list[Task]]] = {
+    "strict": [[FrameTask(HAND, gain=20.0, name="hand")], [JointTask(gain=5.0)]],
+    "two frames": [
+        [PositionTask(HAND, gain=20.0, weight=(1.0, 2.0, 5.0), name="hand")],
+        [OrientationTask("panda_hand", gain=20.0)],
+        [DampingTask()],
+    ],
+    "joints first": [
+        [JointTask(joints=["panda_joint1"], gain=5.0)],
+        [FrameTask(HAND, gain=20.0, name="hand")],
+        [DampingTask()],
+    ],
+}
+
+
+@pytest.mark.parametrize("name", DAMPED)
+def test_arms_are_damped_as_one_by_one(name: str) -> None:
+    """Goals in reach and out of reach: an arm is damped at the same steps, and has the same velocities."""
+    panda, dt, count = robot("panda"), 0.02, 16
+    stack = Stack(DAMPED[name], LIMITS, damping=RestDamping())
+    q = postures(panda, count, spread=0.6, seed=5)
+    batch = BatchController(panda, stack, dt)
+    controllers = [Controller(panda, stack, dt=dt) for _ in q]
+    goals = frame_poses(panda, HAND, q)
+    goals[:, :3, 3] *= np.linspace(0.9, 1.8, count)[:, None]
+    batch.start(q)
+    batch.set({"hand.target": goals})
+    for control, posture, goal in zip(controllers, q, goals, strict=True):
+        control.start(posture)
+        control.set({"hand.target": goal[:3, 3] if name == "two frames" else goal})
+    damped, proven = 0, 0
+    for k in range(60):
+        step = batch.step(q)
+        proven += np.count_nonzero(step.proven)
+        for arm, control in enumerate(controllers):
+            one, alone = control.step(q[arm], k * dt), step.resolutions.get(arm)
+            assert (one.undamped is not None) == (alone is not None and alone.undamped is not None)
+            damped += one.undamped is not None
+            np.testing.assert_allclose(step.v[arm], one.v, atol=1e-7)
+        q = batch.integrate(q, step.v)
+    assert damped > 60
+    assert proven > 60

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, BoolArray, IntArray
 from taskopt.jit import kernel
 from taskopt.jit.pack import load, size, where_less
 from taskopt.resolver.active_set.workspace import Held
@@ -25,6 +25,26 @@ class Cost(NamedTuple):
     root: Array
     slack: Array
     first: Array
+
+
+class Watch(NamedTuple):
+    """What all arms share of the test for a loss of rank, see `doubt`.
+
+    Attributes:
+        period: Δt [s], or 0 if no tick is to be damped, (1,).
+        group: Number of the group of each curved row, from 1 on, 0 for a row that is not curved, (m,).
+        weight: Weight of each row as a share of the least one of curved rows in its level, (m,).
+        heaviest: Largest of these in the group of each row, (m,).
+        counted: True for rows of B: curved ones, and all of the levels before the last curved one, (m,).
+        base: Bounds of x that do not depend on the posture, (2, n).
+    """
+
+    period: Array
+    group: IntArray
+    weight: Array
+    heaviest: Array
+    counted: BoolArray
+    base: Array
 
 
 class ArmRows(NamedTuple):
