@@ -60,33 +60,38 @@ def _largest_threshold(
     watch: Watch, rows: ArmRows, x: Array, squares: Array, levers: Array, shape: tuple[int, int]
 ) -> tuple[Array, Array]:
     """Return a bound of ε², and the largest lever."""
-    m, n = shape
-    asked, lever = spread(0.0), spread(0.0)
-    for little in range(2):  # what all groups ask for is known after the first round
-        missed, kept, slip = spread(0.0), spread(0.0), spread(0.0)
-        total = spread(0.0)
-        first = 0
-        while first < m:
-            stop = first + 1
-            while stop < m and watch.group[stop] == watch.group[first]:
-                stop += 1
-            if watch.group[first] > 0:
-                own, misses, square = _sum_group(watch, rows, x, levers, (first, stop, n))
-                total = total + own
-                missed = missed + misses
-                slips = spread(1.0) * watch.heaviest[first] * square
-                kept = kept + where_less(LITTLE * asked, own, 0.0, own)
-                slip = slip + where_less(LITTLE * asked, own, slips, 0.0)
-                lever = where_less(lever, root(square), root(square), lever)
-            first = stop
-        if little == 0:
-            asked = total
+    asked, lever, _, _ = _sum_groups(watch, rows, x, spread(0.0), levers, shape)
+    _, _, left, slip = _sum_groups(watch, rows, x, asked, levers, shape)
     period = watch.period[0]
     slip = period * root(slip * squares)
-    left = period * (missed + kept)
-    both = slip + root(slip * slip + 4.0 * left)
+    both = slip + root(slip * slip + (4.0 * period) * left)
     short, long = period * asked, 0.25 * (both * both)
     return where_less(short, long, short, long), lever
+
+
+@kernel
+def _sum_groups(
+    watch: Watch, rows: ArmRows, x: Array, asked: Array, levers: Array, shape: tuple[int, int]
+) -> tuple[Array, Array, Array, Array]:
+    """Return Σ R ‖w b‖, the largest R, the sum of what is left, and that of R² max w.
+
+    Groups that ask for next to nothing of `asked` leave what they ask for, and do not count in the last sum.
+    """
+    m, n = shape
+    total, lever, left, slip = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    first = 0
+    while first < m:
+        stop = first + 1
+        while stop < m and watch.group[stop] == watch.group[first]:
+            stop += 1
+        if watch.group[first] > 0:
+            own, missed, square = _sum_group(watch, rows, x, levers, (first, stop, n))
+            total, left = total + own, left + missed
+            left = left + where_less(LITTLE * asked, own, 0.0, own)
+            slip = slip + where_less(LITTLE * asked, own, watch.heaviest[first] * square, 0.0)
+            lever = where_less(lever, root(square), root(square), lever)
+        first = stop
+    return total, lever, left, slip
 
 
 @kernel
