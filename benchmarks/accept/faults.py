@@ -400,6 +400,12 @@ _OF_PROOF = (
         "if (least > most).any():",
         "if (bound > asked).any():",
     ),
+    Fault(
+        "entries of rounding size refute an answer",
+        "hierarchy/proof/judging.py",
+        "if found.verdict is not Verdict.REFUTED or not tiny.any():",
+        "if found.verdict is not Verdict.REFUTED or tiny.any():",
+    ),
     _constant("sums and products of pairs have no error", "UNIT_OF_PAIRS", "2.0**-103", "0.0"),
 )
 

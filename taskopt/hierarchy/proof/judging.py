@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, StateArray, number
+from taskopt.arrays import Array, ArrayLike, Mask, StateArray, number
 from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof.judgement import Judgement, Verdict
 from taskopt.hierarchy.proof.prover import Optimum, Prover
-from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND
+from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND, LOST
 
 
 def judge(
@@ -46,6 +46,7 @@ class Judge:
     def __init__(self, hierarchy: Hierarchy, *, search: bool = True) -> None:
         self._hierarchy, self._prover = hierarchy, Prover(hierarchy, search=search)
         self._search = search
+        self._rounded: Prover | None = None  # of the problem without entries that are rounding
 
     def __call__(
         self, x: ArrayLike, state: StateArray | None = None, *, accuracy: float = ACCURACY
@@ -70,7 +71,26 @@ class Judge:
         hints = [] if state is None else [np.array(state, dtype=np.int8)]
         if self._search or not hints:
             hints.append(near_bounds(self._hierarchy, value))
-        return _judged(self._prover, hints, value, accuracy)
+        found = _judged(self._prover, hints, value, accuracy)
+        return self._unless_by_rounding(found, hints, value, accuracy) if self._search else found
+
+    def _unless_by_rounding(
+        self, found: Judgement, hints: list[StateArray], x: Array, accuracy: float
+    ) -> Judgement:
+        """Do not refute what is right once entries that are rounding beside their rows are zero."""
+        tiny = _tiny_entries(self._hierarchy)
+        if found.verdict is not Verdict.REFUTED or not tiny.any():
+            return found
+        if self._rounded is None:
+            rounded = self._hierarchy.copy()
+            rounded.A[tiny] = 0.0
+            self._rounded = Prover(rounded)
+        if not _judged(self._rounded, hints, x, accuracy).proven:
+            return found
+        n = self._hierarchy.n
+        rows = tuple(self._hierarchy.name_of(n + int(i), True) for i in np.flatnonzero(tiny.any(axis=1)))
+        reason = f"Entries that are rounding beside the others of their row decide: {', '.join(rows)}."
+        return Judgement(found.error_bound, Verdict.UNDECIDED, rows, reason)
 
 
 def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: float) -> Judgement:
@@ -87,6 +107,12 @@ def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: flo
     names = ", ".join(exact.doubtful)
     reason = f"Rounding decides whether these depend on those before them: {names}."
     return Judgement(judgement.error_bound, Verdict.UNDECIDED, exact.doubtful, reason)
+
+
+def _tiny_entries(hierarchy: Hierarchy) -> Mask:
+    """Return which entries are at most `LOST` of the largest of their row, and not zero, (M, n)."""
+    size = np.abs(hierarchy.A)
+    return (size > 0.0) & (size <= LOST * size.max(axis=1, initial=0.0, keepdims=True))
 
 
 def near_bounds(hierarchy: Hierarchy, x: Array) -> StateArray:

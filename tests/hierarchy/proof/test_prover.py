@@ -53,3 +53,16 @@ def test_an_inverse_that_rounding_spoils_is_none() -> None:
 def test_an_error_of_just_the_accuracy_is_undecided(off: float, verdict: Verdict) -> None:
     """1e-8 of x* = 1e8 is 1; whether x is wrong by more depends on x*, which is known up to an error."""
     assert judge(Hierarchy([Level([[1.0]], [1e8])]), [1e8 + off]).verdict is verdict
+
+
+def test_entries_of_rounding_size_refute_nothing() -> None:
+    """x₀ = 2 is out of reach, and 1e-16 x₁ helps by nothing: x = (1, 0) is undecided, the row is named."""
+    problem = Hierarchy([Level([[1.0, 1e-16]], [2.0])], box=([-1.0, -1.0], [1.0, 1.0]))
+    assert judge(problem, [1.0, 1.0]).verdict is Verdict.PROVEN
+    found = judge(problem, [1.0, 0.0])
+    assert found.verdict is Verdict.UNDECIDED
+    assert found.rows == ("level 1/row 0",)
+    assert found.error_bound[1] >= 1.0
+    assert judge(problem, [0.9, 0.0]).verdict is Verdict.REFUTED
+    seen = Hierarchy([Level([[1.0, 1e-9]], [2.0])], box=([-1.0, -1.0], [1.0, 1.0]))
+    assert judge(seen, [1.0, 0.0]).verdict is Verdict.REFUTED
