@@ -214,7 +214,8 @@ class RestDamping:
 
     At a tick at which a level is near a loss of rank, and cannot meet what is asked for, rows of damping
     stand in the hierarchy: `rest of level k` in level k, and `free directions of level k` in level k + 1. See
-    `taskopt.hierarchy.rest` for the formulas. All other ticks are without damping.
+    `taskopt.hierarchy.rest` for the formulas, and `taskopt.hierarchy.rest_bend` for those of order 2, where
+    free directions need no rows of their own. All other ticks are without damping.
     """
 
     name: ClassVar[str] = "rest"

@@ -829,6 +829,19 @@ Smaller: more rounds for digits that do not matter, since any ε² above the fix
 damping than is needed.
 """
 
+BENDS = 1e-6
+"""Share of ε² above which a second derivative of the cost takes a free direction for its level, at order 2.
+
+Smaller: lower levels wait longer until a blocked level rests before they use its self-motions. Larger: they
+throw an arm out of the best that the blocked level can do.
+"""
+
+OF_WEAK_DIRECTION = 0.5
+"""Share of weak directions in a damped direction above which it is damped whatever its second derivative is.
+
+Smaller: free directions are damped that no level needs. Larger: weak directions may swing.
+"""
+
 FREE_DIRECTION_WEIGHT = 1e4
 """Weight of the rows that damp the free directions of a blocked level, relative to the rows of their level.
 

@@ -29,7 +29,6 @@ import numpy as np
 
 from taskopt.arrays import Array, positive
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.damping import RestDamping
 from taskopt.hierarchy.problem import LevelRows
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import close_crossed
@@ -168,22 +167,19 @@ class SecondOrder:
         return fill
 
 
-def checked_order(order: int, self_motion: float, damping: RestDamping | None) -> None:
+def checked_order(order: int, self_motion: float) -> None:
     """Check what a stack says of its order.
 
     Args:
         order: 1 or 2.
         self_motion: K_v [1/s].
-        damping: Damping of ticks at which the robot would not come to rest, or None.
 
     Raises:
-        InvalidValue: The order is another number, K_v is not positive, or order 2 comes with a damping.
+        InvalidValue: The order is another number, or K_v is not positive.
     """
     if order not in (1, 2):
         raise InvalidValue(f"order must be 1 (velocities) or 2 (accelerations), got {order!r}")
     positive("self_motion", self_motion)
-    if order == 2 and damping is not None:
-        raise InvalidValue("RestDamping cannot stand in a stack of order 2 yet; leave damping out")
 
 
 def require_first_order(order: int, what: str) -> None:

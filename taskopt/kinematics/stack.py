@@ -59,8 +59,7 @@ class Stack:
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
             smaller. Default: the identity.
         damping: Damping that a `Controller` or a `Scenario` adds at ticks at which the robot would not come
-            to rest, as where a still target is out of reach; see `RestDamping`. Default: none. Only order 1
-            has it.
+            to rest, as where a still target is out of reach; see `RestDamping`. Default: none.
         order: 1 for velocities as unknowns, 2 for accelerations.
         self_motion: K_v [1/s] of order 2: what all levels leave free dies out as v̇ = −K_v v in the norm W.
             More brings it to rest sooner; it must stay below 1/Δt.
@@ -90,7 +89,7 @@ class Stack:
             raise InvalidValue(
                 f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
             )
-        checked_order(self.order, self.self_motion, self.damping)
+        checked_order(self.order, self.self_motion)
         object.__setattr__(self, "levels", levels)
         object.__setattr__(self, "limits", declared_in(self.limits, "limits", Limit))
 

@@ -20,6 +20,7 @@ from taskopt.jit import nanoseconds_preparing
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.one_call import OneCall, one_call
 from taskopt.loop.rest import Rest
+from taskopt.loop.rest_of_accelerations import RestOfAccelerations
 from taskopt.resolver.base import Memory, Resolver, is_finite, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
 
@@ -66,7 +67,9 @@ class Loop:
         self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks or plan.motion)
         self._memory: Memory | None = None
         self._nanoseconds = 0, 0
-        self.rest = Rest(plan, resolver) if plan.stack.damping is not None and resolver.strict else None
+        damps = plan.stack.damping is not None and resolver.strict
+        kind = Rest if plan.motion is None else RestOfAccelerations
+        self.rest = kind(plan, resolver) if damps else None
         self._one_call: OneCall | None = None if timed else one_call(plan, resolver, self.rest)
         self._answer = self._in_two_calls if self._one_call is None else self._one_call.answer
         self._solved_keeps_limits = self._one_call is not None  # else SOLVED is the claim of some resolver

@@ -77,6 +77,8 @@ class OneCall:
         """
         plan = self._plan
         plan.aim(q, t)
+        if self._rest is not None:
+            self._rest.look()
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
         if plan.altered:  # Python may have to follow the kernels of the rows
             problem = _problem(plan.filled(t))

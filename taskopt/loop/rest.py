@@ -63,6 +63,9 @@ class Rest:
         """Layout of the problems with damping."""
         return self._rows.layout
 
+    def look(self) -> None:
+        """Prepare the quick look of this tick; Δt, which it needs, is written when it changes."""
+
     def answer(self, undamped: Resolution) -> Resolution:
         """Return the answer of a tick, damped if need be.
 
@@ -104,7 +107,7 @@ class Rest:
         self.last = None
         if not found:
             return undamped
-        damp_all(numbers, self._arrangement, self._thresholds)
+        self._damp_all()
         damped = self._until_same(state)
         if damped is None or not damped.claimed:
             return undamped
@@ -128,6 +131,10 @@ class Rest:
             self.memory = memory
             resolution, memory = self._resolver(self._hierarchy, memory)
         return resolution
+
+    def _damp_all(self) -> None:
+        """Damp all unknowns that move a level of those that are damped, see `damp_all`."""
+        damp_all(self._numbers, self._arrangement, self._thresholds)
 
     def _damp_free(self, x: Array, state: StateArray, speed: float) -> int:
         """Damp what is free at an answer, see `damp_free`."""

@@ -20,7 +20,6 @@ from taskopt import (
     Line,
     OrientationTask,
     PositionTask,
-    RestDamping,
     Robot,
     Stack,
 )
@@ -177,8 +176,6 @@ def test_what_order_2_does_not_have_is_refused_by_name():
     hand = FrameTask("panda_hand")
     with pytest.raises(InvalidValue, match=r"'panda_hand gaze'.*order 2"):
         Stack([[GazeTask("panda_hand", (1.0, 0.0, 0.0), 0.5)]], order=2).compile(arm, H)
-    with pytest.raises(InvalidValue, match="RestDamping"):
-        Stack([[hand]], damping=RestDamping(), order=2)
     with pytest.raises(InvalidValue, match="order must be 1"):
         Stack([[hand]], order=3)
     with pytest.raises(InvalidValue, match="leave JointPositionLimit out"):

@@ -21,7 +21,7 @@ Source:
     a step; here the velocity is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -149,6 +149,11 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
     def _write(self) -> None:
         """Write the limits for the kernel."""
         self._joints[:, 1], self._joints[:, 2] = self._acceleration * self.memory[0], self._velocity
+
+    @property
+    def stops(self) -> Sequence[int]:
+        """The place of the range; see `BoundLimit.stops`."""
+        return (1,)
 
     @property
     def fastest(self) -> Array:

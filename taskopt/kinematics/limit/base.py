@@ -34,6 +34,11 @@ class BoundLimit(Part):
         self.name = name
         self.owners = (name,) if owners is None else tuple(owners)
 
+    @property
+    def stops(self) -> Sequence[int]:
+        """Places in `owners` of the reasons for which a bound can hold a robot that rests."""
+        return () if self.of_speed or self.constant else range(len(self.owners))
+
     def narrow(self, configuration: Configuration, bounds: Array, owner: int) -> None:
         """Narrow the bounds in place.
 
