@@ -72,11 +72,11 @@ def starts(step: float) -> Iterator[Array]:
 def methods(scenario: Scenario) -> Iterator[tuple[str, Stack, str]]:
     """Name, stack and resolver: the pseudo-inverse, bare and with a climb, and the limit."""
     levels, limit = scenario.stack.levels, scenario.stack.limits[0]
-    yield "pseudo-inverse (3.52)", Stack(levels), "pinv"
+    yield "pseudo-inverse (3.52)", Stack(levels, damping=None), "pinv"
     away = ObstacleDistance(limit.obstacles)  # type: ignore[attr-defined]
     for k0 in GAINS:
         climb = GradientTask(away, gain=k0)
-        yield f"(3.54) with k₀∇w of (3.58), k₀ = {k0:g}", Stack([*levels, [climb]]), "pinv"
+        yield f"(3.54) with k₀∇w of (3.58), k₀ = {k0:g}", Stack([*levels, [climb]], damping=None), "pinv"
     yield "obstacle as limit, active-set", scenario.stack, "active-set"
     yield "obstacle as limit, hqp/daqp", scenario.stack, "hqp/daqp"
 

@@ -13,7 +13,10 @@ k = 0.1
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5]),
     q0=[-0.8764, 1.8527],
-    stack=Stack(levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), DampingTask(weight=k**2)]]),
+    stack=Stack(
+        levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), DampingTask(weight=k**2)]],
+        damping=None,
+    ),
     duration=4.0,
     dt=1e-3,
 )

@@ -15,6 +15,7 @@ scenario = Scenario(
     q0=[-0.8764, 1.8527],
     stack=Stack(
         levels=[[PositionTask("tip", target=past, gain=10.0, axes="xy"), LevelDamping(policy)]],
+        damping=None,
     ),
     duration=4.0,
     dt=1e-3,

@@ -33,6 +33,7 @@ scenario = Scenario(
     stack=Stack(
         levels=[[FrameTask("tip", target=Function(pose, twist), gain=K, axes="xy y", expressed="world")]],
         limits=[JointVelocityLimit()],
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

@@ -16,6 +16,7 @@ scenario = Scenario(
     stack=Stack(
         levels=[[PositionTask("tip", target=WithoutRate(circle), gain=500.0, axes="xy")]],
         limits=[JointVelocityLimit()],
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

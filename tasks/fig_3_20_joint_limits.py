@@ -31,6 +31,7 @@ scenario = Scenario(
             [GradientTask(JointRange(), gain=250.0)],
         ],
         limits=[JointPositionLimit(), JointVelocityLimit()],
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

@@ -30,6 +30,7 @@ scenario = Scenario(
     stack=Stack(
         levels=[[hand], [elbow]],
         limits=[JointAccelerationLimit([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])],  # [rad/s²], the maker's
+        damping=None,
     ),
     trails=["panda_link4"],  # the elbow
     duration=8.0,

@@ -18,7 +18,8 @@ scenario = Scenario(
         levels=[
             [PositionTask("tip", target=circle, gain=500.0, axes="xy")],
             [GradientTask(JointRange(), gain=250.0)],
-        ]
+        ],
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

@@ -15,7 +15,8 @@ scenario = Scenario(
         levels=[
             [PositionTask("tip", target=past, gain=100.0, axes="xy")],
             [GradientTask(Manipulability("tip", axes="xy"), gain=10.0)],
-        ]
+        ],
+        damping=None,
     ),
     duration=2.5,
     dt=1e-3,

@@ -13,7 +13,7 @@ circle = Circle(radius=0.25, period=2.0, toward=(1, 0, 0), along=(0, 1, 0), turn
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.5]),
     q0=[np.pi, -np.pi / 2, -np.pi / 2],
-    stack=Stack(levels=[[PositionTask("tip", target=circle, gain=500.0, axes="xy")]]),
+    stack=Stack(levels=[[PositionTask("tip", target=circle, gain=500.0, axes="xy")]], damping=None),
     duration=4.0,
     dt=1e-3,
 )

@@ -17,7 +17,8 @@ scenario = Scenario(
         levels=[
             [PositionTask("tip", target=line, gain=100.0, axes="xy")],
             [GradientTask(away, gain=2.0)],
-        ]
+        ],
+        damping=None,
     ),
     duration=2.5,
     dt=1e-3,

@@ -28,7 +28,7 @@ path = PositionTask("tip", target=line, gain=5.0, axes="xy", name="path")
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5, 0.3], radius=0.02),
     q0=np.radians([65.0, -70.0, 10.0]),
-    stack=Stack(levels=[[clear], [path, DampingTask(weight=0.003)]]),
+    stack=Stack(levels=[[clear], [path, DampingTask(weight=0.003)]], damping=None),
     duration=4.0,
     dt=1e-3,
 )

@@ -21,7 +21,8 @@ scenario = Scenario(
         levels=[
             [PositionTask("tip", target=circle, gain=500.0, axes="xy")],
             [GradientTask(bent, gain=50.0)],
-        ]
+        ],
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

@@ -18,6 +18,7 @@ scenario = Scenario(
             JointAccelerationLimit(10.0, velocity=1.0),  # [rad/s²], [rad/s]
             ObstacleLimit(ball, margin=0.05, influence=0.2, gain=0.05),  # [m]
         ],
+        damping=None,
     ),
     duration=2.0,
     dt=2e-3,

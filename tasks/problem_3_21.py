@@ -29,6 +29,7 @@ scenario = Scenario(
             ]
         ],
         limits=[ObstacleLimit([Sphere([0.3, 0.0, 0.0], 0.1, name="circle")], margin=0.005, gain=0.05)],
+        damping=None,
     ),
     duration=2.0,
     dt=1e-3,

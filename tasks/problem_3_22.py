@@ -32,7 +32,7 @@ hand = FrameTask("tip", target=Function(pose, twist), gain=500.0, axes="xyz y", 
 scenario = Scenario(
     robot=scara(0.5, 0.5, height=1.0, velocity=1.5),
     q0=[-0.5 * bend, bend, -1.0, -0.5 * bend],
-    stack=Stack([[hand]], limits=[JointVelocityLimit()]),
+    stack=Stack([[hand]], limits=[JointVelocityLimit()], damping=None),
     duration=2.5,
     dt=1e-3,
 )

@@ -29,7 +29,7 @@ tip = PositionTask("tip", target=Function(target, derivative=rate), gain=10.0, a
 scenario = Scenario(
     robot=planar_arm([0.5, 0.5]),
     q0=[-0.3, 0.0],
-    stack=Stack(levels=[[tip], [JointTask(joints=("joint2",))]]),
+    stack=Stack(levels=[[tip], [JointTask(joints=("joint2",))]], damping=None),
     duration=2.5,
     dt=1e-3,
 )

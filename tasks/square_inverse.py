@@ -15,6 +15,7 @@ scenario = Scenario(
     stack=Stack(
         levels=[[FrameTask("panda_hand", target=circle, gain=20.0)]],  # [1/s]
         limits=[JointAccelerationLimit([15.0, 7.5, 12.5, 15.0, 20.0, 20.0])],  # [rad/s²], the maker's
+        damping=None,
     ),
     duration=5.0,
     dt=1e-3,

@@ -16,6 +16,7 @@ scenario = Scenario(
     stack=Stack(
         levels=[[PositionTask("tip", target=circle, gain=500.0, axes="xy")]],
         norm=[20.0, 1.0, 1.0],
+        damping=None,
     ),
     duration=4.0,
     dt=1e-3,

@@ -29,6 +29,7 @@ scenario = Scenario(
             [GradientTask(-0.2 * force - velocity, gain=8.0)],
         ],
         limits=[JointPositionLimit(), JointVelocityLimit()],
+        damping=None,
     ),
     duration=4.0,
     dt=1e-3,

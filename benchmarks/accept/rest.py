@@ -41,7 +41,6 @@ from taskopt import (
     JointTask,
     JointVelocityLimit,
     ObstacleLimit,
-    RestDamping,
     Robot,
     SelfCollisionLimit,
     Sphere,
@@ -160,7 +159,7 @@ def outcome(name: str, kind: str, seed: int, gain: float, dt: float) -> Outcome:
     rng = np.random.default_rng([ROBOTS.index(name), KINDS.index(kind), seed])
     pose, limits = target(robot, frame, kind, rng)
     around = [JointPositionLimit(), JointVelocityLimit(), *limits]
-    stack = Stack([[FrameTask(frame, target=pose, gain=gain)], [JointTask()]], around, damping=RestDamping())
+    stack = Stack([[FrameTask(frame, target=pose, gain=gain)], [JointTask()]], around)
     control, v, jumps = Controller(robot, stack, dt=dt), np.zeros(robot.nv), []
     ticks = round(SECONDS / dt)
     for k in range(ticks):

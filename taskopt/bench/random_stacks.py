@@ -97,7 +97,7 @@ def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) 
     rests = rng.random() >= 0.3
     if not rests:
         limits = [JointAccelerationLimit(rng.choice([2.0, 20.0, 200.0]))]
-    return Draw(Stack(levels, limits + _distance_limits(robot, rng)), targets, dt, rests)
+    return Draw(Stack(levels, limits + _distance_limits(robot, rng), damping=None), targets, dt, rests)
 
 
 def random_start(robot: Robot, rng: np.random.Generator) -> Array:

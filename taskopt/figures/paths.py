@@ -72,5 +72,9 @@ def _follow(file: File, resolver: str, velocity: float | None) -> Path:
 def _limited(scenario: Scenario, velocity: float) -> Scenario:
     """Return a scenario of the arm of three links of 0.5 m with a velocity limit."""
     robot = planar_arm([0.5, 0.5, 0.5], velocity=velocity)
-    stack = Stack(levels=scenario.stack.levels, limits=[*scenario.stack.limits, JointVelocityLimit()])
+    stack = Stack(
+        levels=scenario.stack.levels,
+        limits=[*scenario.stack.limits, JointVelocityLimit()],
+        damping=scenario.stack.damping,
+    )
     return replace(scenario, robot=robot, stack=stack)

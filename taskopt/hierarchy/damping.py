@@ -221,5 +221,7 @@ class RestDamping:
     name: ClassVar[str] = "rest"
 
 
+REST = RestDamping()
+"""The default of a stack: an object of its own, so that a stack of order 2 tells it from one asked for."""
 NONE, CONSTANT = NoDamping(), ConstantDamping()
 POLICIES = (CONSTANT, NakamuraHanafusa(), Chiaverini(), NumericalFiltering(), Sugihara())

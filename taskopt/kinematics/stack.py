@@ -9,7 +9,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, positive
 from taskopt.errors import InvalidValue
-from taskopt.hierarchy.damping import RestDamping
+from taskopt.hierarchy.damping import REST, RestDamping
 from taskopt.hierarchy.layout import numbered
 from taskopt.hierarchy.problem import Hierarchy, checked_norm
 from taskopt.hierarchy.rest_layout import groups_of
@@ -58,8 +58,9 @@ class Stack:
         norm: W (nv, nv), symmetric and positive definite, or its diagonal (nv,). Among the motions that all
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
             smaller. Default: the identity.
-        damping: Damping that a `Controller` or a `Scenario` adds at ticks at which the robot would not come
-            to rest, as where a still target is out of reach; see `RestDamping`. Default: none.
+        damping: Damping that controllers and scenarios add at ticks at which the robot would not come to
+            rest, as where a still target is out of reach; see `RestDamping`. None for none. Default:
+            `RestDamping()` at order 1, none at order 2.
         order: 1 for velocities as unknowns, 2 for accelerations.
         self_motion: K_v [1/s] of order 2: what all levels leave free dies out as v̇ = −K_v v in the norm W.
             More brings it to rest sooner; it must stay below 1/Δt.
@@ -75,7 +76,7 @@ class Stack:
     levels: Sequence[Sequence[Task]]
     limits: Sequence[Limit] = ()
     norm: ArrayLike | None = None
-    damping: RestDamping | None = field(default=None, kw_only=True)
+    damping: RestDamping | None = field(default=REST, kw_only=True)
     order: int = field(default=1, kw_only=True)
     self_motion: float = field(default=5.0, kw_only=True)
 
@@ -90,6 +91,8 @@ class Stack:
                 f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
             )
         checked_order(self.order, self.self_motion)
+        if self.order == 2 and self.damping is REST:
+            object.__setattr__(self, "damping", None)
         object.__setattr__(self, "levels", levels)
         object.__setattr__(self, "limits", declared_in(self.limits, "limits", Limit))
 

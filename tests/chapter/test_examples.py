@@ -53,14 +53,14 @@ def test_example_3_4_the_transpose_is_stuck_across_the_plane_of_the_arm() -> Non
     assert null[1, 0] / null[0, 0] == pytest.approx(-1.0 / np.tan(0.3))
     assert null[2, 0] == pytest.approx(0.0, abs=1e-14)
     p, normal = at.pose("tip")[:3, 3], null[:, 0]
-    stuck = Stack([[PositionTask("tip", target=p + 0.2 * normal, gain=10.0)]])
+    stuck = Stack([[PositionTask("tip", target=p + 0.2 * normal, gain=10.0)]], damping=None)
     answer = Controller(arm, stuck, "transpose", 1e-3).step(q, 0.0)
     np.testing.assert_allclose(answer.v, 0.0, atol=1e-12)
     assert "The transposed Jacobian is stuck" in answer.explain()
     for name in ("pinv", "active-set"):
         np.testing.assert_allclose(Controller(arm, stuck, name, 1e-3).step(q, 0.0).v, 0.0, atol=1e-12)
     goal = p + 0.2 * normal + [0.0, 0.0, -0.1]
-    free = Stack([[PositionTask("tip", target=goal, gain=10.0)]])
+    free = Stack([[PositionTask("tip", target=goal, gain=10.0)]], damping=None)
     control = Controller(arm, free, "transpose", 1e-2)
     for tick in range(4000):
         q = arm.integrate(q, control.step(q, 1e-2 * tick).v, 1e-2)

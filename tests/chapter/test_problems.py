@@ -166,7 +166,7 @@ def test_problem_3_15() -> None:
     circle = Circle(radius=0.1, period=1.0, toward=(1, 0, 0), along=(0, 1, 0), turns=2)
     speed, largest = 2.0 * np.pi * 0.1, []
     for gain in (20.0, 100.0, 500.0):
-        stack = Stack([[PositionTask("tip", target=WithoutRate(circle), gain=gain, axes="xy")]])
+        stack = Stack([[PositionTask("tip", target=WithoutRate(circle), gain=gain, axes="xy")]], damping=None)
         control, q, errors, sigmas = Controller(arm, stack, "transpose", dt), q0.copy(), [], []
         centre = Configuration(arm, q0).pose("tip")[:2, 3] + [0.1, 0.0]
         for tick in range(2000):

@@ -245,7 +245,7 @@ def test_the_qp_keeps_the_limits_that_the_formula_breaks(name: str) -> None:
     largest = scenario.robot.velocity_limit
     if name == "planar_circle":
         largest = np.full(3, 2.0)
-        limited = Stack(scenario.stack.levels, [JointVelocityLimit(velocity=2.0)])
+        limited = Stack(scenario.stack.levels, [JointVelocityLimit(velocity=2.0)], damping=None)
         scenario = replace(scenario, stack=limited)
     steps = list(run(scenario, resolver("active-set")))
     assert all(step.resolution.kkt_met() for step in steps)

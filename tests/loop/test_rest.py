@@ -98,8 +98,8 @@ def test_a_reachable_target_is_never_damped() -> None:
 def test_no_tick_of_the_reachable_benchmark_cases_is_damped(name: str) -> None:
     """Neither where velocity limits are active, nor where tasks of one level are weighed."""
     case = benchmark_case(name, 120)
-    stack = replace(case.stack, damping=RestDamping())
-    control, q = Controller(case.robot, stack, dt=0.002), case.q0
+    assert case.stack.damping is not None
+    control, q = Controller(case.robot, case.stack, dt=0.002), case.q0
     for k, pose in enumerate(case.poses):
         case.hand.set(pose)
         q = case.robot.integrate(q, control.step(q, 0.002 * k).v, 0.002)
@@ -138,6 +138,15 @@ def test_other_resolvers_and_the_closed_form_answer_the_damped_problem() -> None
     assert not tick.active, "so that the closed form is the optimum"
     assert tick.review is not None
     np.testing.assert_allclose(tick.review.closed_form, tick.x, atol=1e-9)
+
+
+def test_damping_is_the_default_at_order_1() -> None:
+    """At order 2 there is none, also in a copy of a stack of order 1; asked for it is refused there."""
+    stack = Stack([[JointTask()]])
+    assert stack.damping == RestDamping()
+    assert replace(stack, order=2).damping is None
+    with pytest.raises(InvalidValue, match="order 2"):
+        Stack([[JointTask()]], damping=RestDamping(), order=2)
 
 
 def test_stacks_without_damping_and_single_hierarchies_have_no_such_rows() -> None:

@@ -125,7 +125,7 @@ class _Descents:
 
     def __init__(self, robot: Robot, frame: str, goals: Array, starts: int, threads: int | None) -> None:
         limits = [JointPositionLimit(), JointVelocityLimit(velocity=_STEP)]
-        stack = Stack([[FrameTask(frame, gain=_GAIN, name="frame")]], limits)
+        stack = Stack([[FrameTask(frame, gain=_GAIN, name="frame")]], limits, damping=None)
         self._batch = BatchController(robot, stack, _DT, threads=threads)
         self._robot, self._frame = robot, frame
         self._goals = np.tile(goals, (starts, 1, 1))

@@ -74,7 +74,7 @@ class PostureStack:
         first = [self.clearances] if self.clearances and with_limits else []
         levels = [*first, *self.levels[: None if below else 1], *([[last]] if last else [])]
         limits = [*(self.limits if with_limits else ()), TrustRegion()]
-        return Stack(levels, limits, self.norm)  # type: ignore[arg-type]
+        return Stack(levels, limits, self.norm, damping=None)  # type: ignore[arg-type]
 
 
 def posture_stack(stack: Stack, robot: Robot) -> PostureStack:

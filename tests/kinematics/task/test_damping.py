@@ -131,7 +131,8 @@ def test_far_from_a_singularity_the_rows_are_empty() -> None:
 def test_damping_works_inside_limits_and_in_a_control_loop() -> None:
     """Limits bind, and every tick is proven; a loop of one's own sees the same rows."""
     at = panda(1e-3)
-    limited = Stack(stack(at, LevelDamping(Chiaverini())).levels, [JointVelocityLimit(velocity=0.2)])
+    levels = stack(at, LevelDamping(Chiaverini())).levels
+    limited = Stack(levels, [JointVelocityLimit(velocity=0.2)], damping=None)
     control = Controller(at.robot, limited, dt=DT)
     control.start(at.q)
     resolution = control.step(at.q, 0.0)
