@@ -81,9 +81,7 @@ def warm_up() -> None:
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
-    batch = BatchController(
-        _bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]], damping=None)
-    )
+    batch = BatchController(_bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]]))
     batch.start(_START[None])
     batch.set({"tip position.target": np.eye(4)[None]})
     batch.step(_START[None])

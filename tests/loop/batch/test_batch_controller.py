@@ -107,7 +107,7 @@ def test_arms_on_bounds_have_the_velocities_and_bounds_of_the_controller() -> No
 def test_a_hand_that_cannot_follow_is_proven_too() -> None:
     """A target that jumps away: joints stand on their limits, and the first level decides."""
     of = robot("panda")
-    stack = Stack([[FrameTask(HAND, gain=200.0)], [JointTask(gain=1.0)]], LIMITS)
+    stack = Stack([[FrameTask(HAND, gain=200.0)], [JointTask(gain=1.0)]], LIMITS, damping=None)
     q = postures(of, 10)
     batch = BatchController(of, stack, DT)
     batch.start(q)
