@@ -44,7 +44,8 @@ class Tally:
         conflicts: Ticks whose limits on acceleration and distances contradict each other.
         reported: Ticks without a solved answer, which the resolver reports itself.
         fallbacks: Answers of a fallback of the resolver.
-        missed: Answers that claim to be optimal and miss their KKT conditions. There must be none.
+        missed: Answers that claim to be optimal, miss their KKT conditions, and are not proven either. There
+            must be none.
         proven: Claimed answers that are judged, and proven.
         refuted: Claimed answers that are judged, and refuted. There must be none.
         undecided: Claimed answers that are judged, and undecided.
@@ -267,7 +268,7 @@ def _judge(
     if not resolution.claimed:
         _report(tally, resolution.problem, keep)
         return
-    met, refuted = resolution.kkt_met(), tally.refuted
+    met, refuted = resolution.kkt_met() or resolution.certificate.judgement.proven, tally.refuted
     tally.missed += not met
     if not met or tally.ticks % TICKS_PER_JUDGEMENT == 0:
         _count_verdict(tally, resolution)

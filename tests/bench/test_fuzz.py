@@ -48,7 +48,8 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
 
         worst = certify(spoilt, resolution.x, resolution.multipliers)
         resolution.answer[2 + resolution.multipliers.size :][: worst.residuals.size] = worst.residuals.ravel()
-        resolution = type(resolution)(hierarchy, resolution.answer, resolution.state, resolution.status)
+        resolution.answer[-spoilt.buffer.size :] = spoilt.buffer
+        resolution = type(resolution)(spoilt, resolution.answer, resolution.state, resolution.status)
     elif fault == "velocity":
         resolution.x[1] = 2.1
     after = Configuration(arm, np.array([0.0, 1.1 if fault == "position" else 0.0]))
