@@ -8,7 +8,7 @@ To add a solver to taskopt, write a file beside this one with a function `solve`
 import math
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
@@ -189,6 +189,16 @@ def register_solver(
     return row
 
 
+@cache
+def known_to_qpsolvers() -> frozenset[str]:
+    """Return the names of the installed solvers that qpsolvers can call, as `at_defaults` does."""
+    if find_spec("qpsolvers") is None:
+        return frozenset()
+    from qpsolvers import available_solvers
+
+    return frozenset(available_solvers)
+
+
 def at_defaults(name: str) -> str:
     """Make a solver of qpsolvers known that keeps its own default tolerances, and return its name.
 
@@ -201,8 +211,11 @@ def at_defaults(name: str) -> str:
     Raises:
         UnknownName: There is no such solver.
         NotInstalled: Its package, or qpsolvers, cannot be imported.
+        InvalidValue: qpsolvers does not know it.
     """
     known, new = solver(name), f"{name} at defaults"
+    if name not in known_to_qpsolvers():
+        raise InvalidValue(f"qpsolvers does not know {name}, so that it has no defaults there; take '{name}'")
     if new not in _known:
         solve = partial(import_module("taskopt.solver.qpsolvers").solve_at_default_tolerances, known.name)
         register_solver(new, solve, method=f"{known.method}, default tolerances", accuracy=math.inf)

@@ -199,6 +199,15 @@ def test_elastiqp_is_a_line_of_the_table_and_missing_where_it_is_not_installed()
     assert missing_solvers().get("sip", "sip-qp-python") == "sip-qp-python"
 
 
+def test_a_solver_that_qpsolvers_does_not_know_has_no_defaults(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Asked for them it would give up every program."""
+    assert {"daqp", "quadprog"} <= registry.known_to_qpsolvers()
+    monkeypatch.setattr(registry, "_known", dict(registry._known))
+    register_solver("own", lambda qp, accuracy: solver("daqp")(qp, accuracy))
+    with pytest.raises(InvalidValue, match="qpsolvers does not know own"):
+        registry.at_defaults("own")
+
+
 def test_unknown_solvers_get_the_nearest_match() -> None:
     """A mistyped name is answered with the name that was meant."""
     with pytest.raises(UnknownName, match="did you mean daqp"):

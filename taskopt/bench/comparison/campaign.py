@@ -8,7 +8,6 @@ kill leaves half-written is cut off at the next start, and its cell tried again.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from platform import python_version
 from typing import Any
@@ -23,7 +22,7 @@ from taskopt.bench.rows_file import append, differences, whole_entries
 from taskopt.errors import InvalidValue
 from taskopt.log.provenance import machine, versions
 from taskopt.resolver.registry import resolver, resolver_names
-from taskopt.solver.registry import missing_solvers, solver_versions, solvers
+from taskopt.solver.registry import known_to_qpsolvers, missing_solvers, solver_versions, solvers
 
 FILE = "rows.jsonl"
 _OUTPUT = "output.txt"
@@ -123,14 +122,8 @@ class Campaign:
     def _differs(self, setting: Setting, answer: str, length: int) -> bool:
         """Return False where a setting changes nothing for a resolver, which is asked cold then."""
         if setting.defaults:
-            return answer.startswith(_OWN_TOLERANCES) and answer.partition("/")[2] in _qpsolvers_knows()
+            return answer.startswith(_OWN_TOLERANCES) and answer.partition("/")[2] in known_to_qpsolvers()
         return not setting.warm or not (length == 1 or answer.startswith(_WITHOUT_MEMORY))
-
-
-@cache
-def _qpsolvers_knows() -> frozenset[str]:
-    """Return the names of the installed solvers that have default tolerances of their own."""
-    return frozenset(row.name for row in solvers() if row.installed and row.function is None)
 
 
 def spread(sequences: Sequence[ProblemSequence], most: int) -> list[ProblemSequence]:
