@@ -3,12 +3,16 @@
     python benchmarks/tick.py                       # W1 and W1v, beside pink if it is installed
     python benchmarks/tick.py --case W1s W2 W2s     # strict levels; TALOS
     python benchmarks/tick.py --placo PYTHON --mink PYTHON   # these too, from environments that have them
+    python benchmarks/tick.py --case W1s --resolver active-set pinv hqp/daqp wqp/daqp   # several resolvers
+    python benchmarks/tick.py --memory 1000000 --case W1s    # resident memory over so many ticks
     python benchmarks/tick.py --against 8dbc6b4     # all cases: is this checkout slower than that commit?
 
 A tick is: set the target of the hand, build, solve (certificate on), integrate. The next build does the
 forward kinematics. One thread; libraries or commits take turns in blocks of ticks, so that a change in the
 speed of the machine meets all of them. Ratios are of medians and of 99th percentiles over the same run.
-Beside the times stands the largest deviation of our velocity from that of pink at the same posture.
+Beside the times stands the largest deviation of our velocity from that of pink at the same posture. For a
+resolver that calls a solver, two more columns are the time inside the package of the solver and the time
+around it: kinematics, rows, scaling, examination of the answer.
 
 With --against each commit has a process of its own and is timed by the CPU clock of its thread. In each of
 seven runs the median of a block is divided by that of the block beside it; the median of all these ratios may
@@ -22,6 +26,7 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import argparse
 import gc
+import resource
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from time import perf_counter_ns, thread_time_ns
@@ -33,6 +38,7 @@ from handed import Remote, hand_over
 
 from taskopt import Controller, TaskoptError
 from taskopt.arrays import Array
+from taskopt.solver.inside import nanoseconds_inside
 
 STRICT = "s"  # in the name of a case: levels that no peer can state
 CLOCKS = {"wall": perf_counter_ns, "cpu": thread_time_ns}  # the latter leaves out what other processes took
@@ -52,6 +58,9 @@ class Local:
     gone = False
     clock = staticmethod(perf_counter_ns)
 
+    def __init__(self) -> None:
+        self.inside: list[float] = []  # time inside the package of a solver in each tick [µs]
+
     def tick(self, i: int) -> None:
         """Do one tick."""
 
@@ -61,7 +70,7 @@ class Local:
         for i in range(first, stop):
             if self.gone:
                 break
-            begin = self.clock()
+            begin, before = self.clock(), nanoseconds_inside()
             try:
                 self.tick(i)
             except (TaskoptError, pink_error()) as error:
@@ -69,6 +78,7 @@ class Local:
                 self.gone = True
                 break
             times[i - first] = (self.clock() - begin) * 1e-3
+            self.inside.append((nanoseconds_inside() - before) * 1e-3)
         return times
 
 
@@ -90,6 +100,7 @@ class Ours(Local):
     """
 
     def __init__(self, case: cases.BenchmarkCase, resolver: str = "active-set") -> None:
+        super().__init__()
         self.name = f"taskopt {resolver}"
         self.case, self.q = case, case.q0.copy()
         self.control = Controller(case.robot, case.stack, resolver, cases.DT)
@@ -116,6 +127,7 @@ class Pink(Local):
         from pink.limits import ConfigurationLimit, VelocityLimit  # pyright: ignore[reportMissingImports]
         from pink.tasks import ComTask, FrameTask, PostureTask  # pyright: ignore[reportMissingImports]
 
+        super().__init__()
         self.name = f"pink {solver}"
         self.pin, self.solve, self.solver = pin, pink.solve_ik, solver
         model = pin.Model(case.robot.model)  # pyright: ignore[reportAttributeAccessIssue]
@@ -206,10 +218,10 @@ def examine(case: cases.BenchmarkCase, resolver: str, ticks: int) -> str:
     return f"{share}; {answered}; largest KKT residual {worst:.1e}{beside}"
 
 
-def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array]]:
-    """Yield name and times [µs] of each contestant, without the warm-up."""
+def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array, Array]]:
+    """Yield name, times and times inside a solver [µs] of each contestant, without the warm-up."""
     case = cases.benchmark_case(name, arguments.ticks)
-    contestants: list[Local | Remote] = [Ours(case, arguments.resolver)]
+    contestants: list[Local | Remote] = [Ours(case, resolver) for resolver in arguments.resolver]
     if find_spec("pink"):
         contestants += [Pink(case, solver) for solver in ("quadprog", "daqp")]
     folder = hand_over(case)
@@ -220,8 +232,10 @@ def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array]
     for contestant in contestants:
         if isinstance(contestant, Remote):
             contestant.close()
-    print(f"\n{name}: {examine(case, arguments.resolver, arguments.ticks)}")
-    yield from ((c.name, t[arguments.warm :]) for c, t in zip(contestants, times, strict=True))
+    print(f"\n{name}: {examine(case, arguments.resolver[0], arguments.ticks)}")
+    for contestant, measured in zip(contestants, times, strict=True):
+        inside = np.array(contestant.inside if isinstance(contestant, Local) else [])
+        yield contestant.name, measured[arguments.warm :], inside[arguments.warm :]
 
 
 def beside_peers(arguments: argparse.Namespace) -> None:
@@ -229,7 +243,7 @@ def beside_peers(arguments: argparse.Namespace) -> None:
     Local.clock = staticmethod(CLOCKS[arguments.clock])
     for name in arguments.case or ("W1", "W1v"):
         base = None
-        for label, microseconds in rows(name, arguments):
+        for label, microseconds, inside in rows(name, arguments):
             done = microseconds[np.isfinite(microseconds)]
             if not done.size:
                 print(f"  {label:24s} no tick after the warm-up")
@@ -239,8 +253,24 @@ def beside_peers(arguments: argparse.Namespace) -> None:
             print(
                 f"  {label:24s} median {median:7.1f} µs   p99 {tail:7.1f} µs   "
                 f"{median / base[0]:5.2f} × our median, {tail / base[1]:5.2f} × our p99"
+                + (f"   inside solver {np.median(inside):6.1f} µs" if inside.any() else "")
+                + (f", around it {np.median(done - inside):6.1f} µs" if inside.any() else "")
                 + ("" if done.size == microseconds.size else f"   ({done.size} ticks)")
             )
+
+
+def watch_memory(arguments: argparse.Namespace) -> None:
+    """Print the largest resident memory so far, ten times in the course of many ticks of one case."""
+    case = cases.benchmark_case((arguments.case or ["W1s"])[0], arguments.ticks)
+    ours = Ours(case, arguments.resolver[0])
+    for k in range(arguments.memory + 1):
+        if k % (arguments.memory // 10) == 0:
+            most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+            print(f"{ours.name}, tick {k}: {most:.1f} MB at most so far")
+        if k % arguments.ticks == 0:
+            ours.q = case.q0.copy()
+            ours.control.start(ours.q)
+        ours.tick(k % arguments.ticks)
 
 
 def main() -> None:
@@ -251,7 +281,8 @@ def main() -> None:
     parser.add_argument("--case", nargs="+", choices=cases.NAMES, help="W1 and W1v; with --against, all")
     parser.add_argument("--ticks", type=int, help="6000; with --against, 4000")
     parser.add_argument("--warm", type=int, default=1000, help="ticks at the beginning that do not count")
-    parser.add_argument("--resolver", default="active-set")
+    parser.add_argument("--resolver", nargs="+", default=["active-set"])
+    parser.add_argument("--memory", type=int, metavar="TICKS", help="watch resident memory instead")
     parser.add_argument("--block", type=int, default=250, help="ticks in a turn")
     parser.add_argument("--clock", default="wall", choices=CLOCKS, help="cpu: on a machine that others use")
     parser.add_argument("--against", metavar="COMMIT", help="compare with this commit instead of with peers")
@@ -263,7 +294,10 @@ def main() -> None:
         chosen = arguments.case or cases.NAMES
         raise SystemExit(not tick_against(arguments.against, chosen, arguments.ticks or 4000, arguments.runs))
     arguments.ticks = arguments.ticks or 6000
-    beside_peers(arguments)
+    if arguments.memory:
+        watch_memory(arguments)
+    else:
+        beside_peers(arguments)
 
 
 if __name__ == "__main__":

@@ -84,6 +84,12 @@ _FIGURES = (
     Figure("", "KKT residual, largest", lambda s: _number(s.kkt_residual)),
     Figure("solve\np50\n[µs]", "solve time, median [µs]", lambda s: _microseconds(s.seconds, 50)),
     Figure("solve\np99\n[µs]", "solve time, 99th percentile [µs]", lambda s: _microseconds(s.seconds, 99)),
+    Figure(
+        "in\nsolver\n[µs]",
+        "time inside the solver, median [µs]",
+        lambda s: _microseconds(s.solver_seconds, 50),
+    ),
+    Figure("around\n[µs]", "time around the solver, median [µs]", lambda s: _microseconds(_around(s), 50)),
     Figure("", "solve time, shifted geometric mean [µs]", lambda s: _geometric_mean(s.seconds)),
 )
 _LEGEND = (
@@ -324,6 +330,11 @@ def _geometric_mean(seconds: list[float]) -> str:
         return "–"
     mean = float(np.exp(np.mean(np.log(np.add(seconds, _SHIFT))))) - _SHIFT
     return f"{1e6 * mean:.1f}"
+
+
+def _around(summary: Summary) -> list[float]:
+    """Return the times of each tick that a resolver spent outside the package of its solver [s]."""
+    return np.subtract(summary.seconds, summary.solver_seconds).tolist()
 
 
 def _microseconds(seconds: list[float], percentile: float) -> str:

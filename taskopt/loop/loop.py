@@ -13,6 +13,7 @@ import numpy as np
 
 from taskopt.arrays import Array, ArrayLike, StateArray
 from taskopt.errors import NotSolved
+from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import NO_OPTIMUM, Status
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, STOPPED_KEEPS_LIMITS
@@ -23,6 +24,7 @@ from taskopt.loop.rest import Rest
 from taskopt.loop.rest_of_accelerations import RestOfAccelerations
 from taskopt.resolver.base import Memory, Resolver, is_finite, require_answer
 from taskopt.resolver.infeasible import ConflictPolicy, apply_conflict_policy
+from taskopt.solver.inside import nanoseconds_inside
 
 # A look-up in the Enum on every tick would cost as much as a short call.
 _SOLVED, _STOPPED = Status.SOLVED, Status.ITERATION_LIMIT
@@ -30,15 +32,17 @@ _WITHOUT_OPTIMUM = NO_OPTIMUM | {Status.RELAXED}
 
 
 class Seconds(NamedTuple):
-    """Durations of the two parts of one tick.
+    """Durations of the parts of one tick.
 
     Attributes:
         rows: Time for kinematics, targets and rows [s].
         resolver: Time in the resolver [s].
+        solver: Part of it that was spent inside the package of a solver [s]; 0 without one.
     """
 
     rows: float
     resolver: float
+    solver: float
 
 
 class Loop:
@@ -66,19 +70,19 @@ class Loop:
         self._policy: ConflictPolicy = policy
         self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks or plan.motion)
         self._memory: Memory | None = None
-        self._nanoseconds = 0, 0
+        self._nanoseconds = 0, 0, 0
         damps = plan.stack.damping is not None and resolver.strict
         kind = Rest if plan.motion is None else RestOfAccelerations
         self.rest = kind(plan, resolver) if damps else None
         self._one_call: OneCall | None = None if timed else one_call(plan, resolver, self.rest)
-        self._answer = self._in_two_calls if self._one_call is None else self._one_call.answer
+        two_calls = self._timed_calls if timed else self._in_two_calls
+        self._answer = two_calls if self._one_call is None else self._one_call.answer
         self._solved_keeps_limits = self._one_call is not None  # else SOLVED is the claim of some resolver
 
     @property
     def seconds(self) -> Seconds:
-        """Times of the last tick [s]; zeros for a tick in one compiled call, which is not measured."""
-        rows, resolver = self._nanoseconds
-        return Seconds(1e-9 * rows, 1e-9 * resolver)
+        """Times of the last tick [s]; zeros in a loop that is not `timed`."""
+        return Seconds(*(1e-9 * each for each in self._nanoseconds))
 
     def start(self, q: ArrayLike, t: float) -> None:
         """Start all targets from a posture, forget the last tick, and compile what a tick needs.
@@ -165,17 +169,25 @@ class Loop:
             self.rest.last = last
 
     def _in_two_calls(self, q: Array, t: float) -> Resolution:
+        """Fill the rows, and call the resolver with them."""
+        return self._resolved(self.plan.at(q, t))
+
+    def _timed_calls(self, q: Array, t: float) -> Resolution:
         """Fill the rows, call the resolver with them, and measure the times of both."""
         begin = _now()
         hierarchy = self.plan.at(q, t)
-        built = _now()
+        built, inside = _now(), nanoseconds_inside()
+        resolution = self._resolved(hierarchy)
+        self._nanoseconds = built - begin, _now() - built, nanoseconds_inside() - inside
+        return resolution
+
+    def _resolved(self, hierarchy: Hierarchy) -> Resolution:
+        """Call the resolver with the rows of a tick."""
         returned = self.resolver(hierarchy, self._memory)
         if self._memory is None:  # on every tick the check of the form would cost half a microsecond
             require_answer(returned, self.resolver.name, hierarchy)
         resolution, self._memory = returned
-        resolution = resolution if self.rest is None else self.rest.answer(resolution)
-        self._nanoseconds = built - begin, _now() - built
-        return resolution
+        return resolution if self.rest is None else self.rest.answer(resolution)
 
     def _checked(self, answer: Resolution, t: float) -> Resolution:
         """Return the answer if it may be sent, else forget the last tick and apply the conflict policy."""

@@ -46,6 +46,7 @@ class Step:
         resolution: Its answer, or the answer of the conflict policy instead.
         seconds: Time in the resolver [s].
         build_seconds: Time for kinematics, targets and rows [s].
+        solver_seconds: Part of `seconds` that was spent inside the package of a solver [s].
         errors: e = x_d − x of each task by name, unweighted, one number for each row [m, rad].
         desired: Desired pose of each task that has one, by name, (4, 4) in the world [m].
         actual: Actual pose of the same tasks, by name, (4, 4) in the world [m].
@@ -65,6 +66,7 @@ class Step:
     resolution: Resolution
     seconds: float
     build_seconds: float
+    solver_seconds: float
     errors: dict[str, Array]
     desired: dict[str, Array]
     actual: dict[str, Array]
@@ -143,6 +145,7 @@ def _step(
         resolution=resolution,
         seconds=loop.seconds.resolver,
         build_seconds=loop.seconds.rows,
+        solver_seconds=loop.seconds.solver,
         errors={task.name: task.error.copy() for task in plan.tasks},
         desired={name: x_d.copy() for name, x_d, _ in framed},
         actual={name: x.copy() for name, _, x in framed},

@@ -78,6 +78,11 @@ class Batch:
         return np.array([step.seconds for step in self.steps])
 
     @cached_property
+    def solver_seconds(self) -> Array:
+        """The parts of `seconds` that were spent inside the package of a solver, (k,) [s]."""
+        return np.array([step.solver_seconds for step in self.steps])
+
+    @cached_property
     def build_seconds(self) -> Array:
         """The times that kinematics and rows took, (k,) [s]."""
         return np.array([step.build_seconds for step in self.steps])

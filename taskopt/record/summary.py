@@ -38,6 +38,7 @@ class Summary:
         damping_distance: The largest distance of such an answer to that without damping [rad/s, m/s].
         causes: The number of ticks at which each kind of cause makes the answer differ from its closed form.
         seconds: The solve time of each tick, (ticks,) [s].
+        solver_seconds: The part of it that was spent inside the package of a solver, (ticks,) [s].
         active: The number of ticks at which each bound or inequality is active, by name.
         ticks_active: The number of ticks at which at least one bound or inequality is active.
         continuity: The jumps, alternating limits and conflicts.
@@ -60,6 +61,7 @@ class Summary:
     damping_distance: float = 0.0
     causes: Counter[str] = field(default_factory=Counter)
     seconds: list[float] = field(default_factory=list)
+    solver_seconds: list[float] = field(default_factory=list)
     active: Counter[str] = field(default_factory=Counter)
     ticks_active: int = 0
     continuity: Continuity = field(init=False)
@@ -102,6 +104,7 @@ class Summary:
         self.judged.add(batch)
         self.kkt_residual = max(self.kkt_residual, float(batch.kkt_residual.max()))
         self.seconds += batch.seconds.tolist()
+        self.solver_seconds += batch.solver_seconds.tolist()
         self._add_active(batch)
 
     def compare_path(self, step: Step, baseline: Step) -> None:

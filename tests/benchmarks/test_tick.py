@@ -109,7 +109,10 @@ def test_arguments_of_peers_are_optional() -> None:
     """Without interpreters for them, only this library runs (and pink, where it is installed)."""
     from tick import rows
 
-    arguments = Namespace(ticks=4, warm=1, block=2, resolver="active-set", clock="cpu", placo=None, mink=None)
-    names = [name for name, taken in rows("W1", arguments) if len(taken) == 3]
-    assert names[0] == "taskopt active-set"
+    arguments = Namespace(ticks=4, warm=1, block=2, resolver=["active-set", "hqp/daqp"], clock="cpu")
+    arguments.placo = arguments.mink = None
+    found = {name: inside for name, taken, inside in rows("W1s", arguments) if len(taken) == 3}
+    assert next(iter(found)) == "taskopt active-set"
+    assert not found["taskopt active-set"].any()
+    assert (found["taskopt hqp/daqp"] > 0.0).all()  # the time inside DAQP
     assert "W1" in NAMES
