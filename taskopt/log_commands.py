@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskopt.errors import InvalidValue
+from taskopt.errors import InvalidValue, UnknownName
 
 if TYPE_CHECKING:
     from taskopt.log.again import Again
@@ -114,3 +114,85 @@ def _print(again: "Again") -> None:
     typer.echo(resolution.explain())
     for note in again.notes:
         typer.echo(f"note: {note}")
+
+
+@logs_read.command()
+def export(
+    log: LogFile,
+    table: Annotated[Path, typer.Argument(metavar="TABLE", help="File that ends in .csv or .parquet.")],
+    columns: Annotated[
+        list[str] | None,
+        typer.Option("--columns", metavar="NAMES", help="Only these, between commas.", show_default=False),
+    ] = None,
+) -> None:
+    """Write a log as a table that other programs read."""
+    from taskopt.command_parts import names_in
+    from taskopt.log import export as exports
+    from taskopt.log.reading import open_log
+
+    typer.echo(f"written: {exports.export(open_log(log), table, names_in(columns or ()))}")
+
+
+@logs_read.command()
+def diff(
+    log: LogFile,
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another log of the same robot.")],
+    resolver: Annotated[
+        list[str] | None,
+        typer.Option("-r", "--resolver", metavar="NAME", help="Of both, or twice.", show_default=False),
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="Difference up to which ticks are the same.")] = 0.0,
+) -> None:
+    """Tell at which tick two logs come apart, why, and how far.
+
+    The exit code is 1 if they do.
+    """
+    from taskopt.log.difference import difference
+    from taskopt.log.reading import open_log
+
+    if resolver is not None and len(resolver) > 2:
+        raise InvalidValue("two logs are compared: give --resolver once or twice")
+    names = None if not resolver else (resolver[0], resolver[-1])
+    found = difference(open_log(log), open_log(other), names, tolerance)
+    typer.echo(found)
+    raise typer.Exit(0 if found.same else 1)
+
+
+@logs_read.command()
+def report(
+    log: LogFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Ends in .md or .html.", show_default=False),
+    ] = None,
+    fail_on: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fail-on",
+            metavar="CHECKS",
+            help="error, violation, unproven, deadline, between commas: exit code 1 if one is found.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Report on a log: checks, errors of tasks, active limits with their prices, and notes."""
+    from taskopt.command_parts import names_in
+    from taskopt.log import report as reports
+    from taskopt.log.claims import CHECKS, claims
+    from taskopt.log.reading import open_log
+
+    asked = names_in(fail_on or ())
+    for name in asked:
+        if name not in CHECKS:
+            raise UnknownName("check", name, CHECKS)
+    if output is not None and output.suffix not in (".md", ".html"):
+        raise InvalidValue(f"a report must end in .md or .html, got {output.name!r}")
+    opened = open_log(log)
+    found = claims(opened, prove="unproven" in asked)
+    write = reports.html if output is not None and output.suffix == ".html" else reports.markdown
+    if output is None:
+        typer.echo(write(opened, found), nl=False)
+    else:
+        output.write_text(write(opened, found), encoding="utf-8")
+        typer.echo(f"written: {output}")
+    raise typer.Exit(1 if any(len(claim.rows) and claim.name in asked for claim in found) else 0)

@@ -14,6 +14,12 @@ Read the modules in this order:
     reading       `open_log`: arrays, names, units, ticks of a file, complete or cut off
     ticks         hierarchy, memory and resolution of a tick, made again from its row
     again         a tick solved again, with another resolver or changed
+    spans         when bounds were active, and at which price
+    claims        limits violated, answers unproven, deadlines missed
+    difference    two logs beside each other
+    export        CSV and Parquet
+    story         a log in sentences
+    report        a log as Markdown or as a page
 
 The package itself imports none of them: a loop without a log does not load Arrow, and the writer loads
 nothing of a robot.

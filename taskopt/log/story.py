@@ -60,7 +60,7 @@ def of_joint(log: Log, joint: str) -> str:
         lines.append(f"{resolver}: {_total(own)}")
         lines += [f"  {span}" for span in own]
         for span in sorted(own, key=lambda span: -abs(span.price))[:1]:
-            lines += [f"  meanwhile {text}" for text in _errors(log, np.arange(span.first, span.last + 1))]
+            lines += [f"  meanwhile {text}" for text in errors(log, np.arange(span.first, span.last + 1))]
     return "\n".join(lines)
 
 
@@ -81,7 +81,7 @@ def of_tick(log: Log, row: int) -> str:
     units = log.layout.unknown_units or ("",) * log.layout.n
     sent = zip(log.layout.unknowns, tick.x, units, strict=True)
     lines.append("sent: " + ", ".join(f"{name} {value:.5g} {unit}".rstrip() for name, value, unit in sent))
-    return "\n".join([*lines, tick.resolution.explain(), *_errors(log, np.array([row]))])
+    return "\n".join([*lines, tick.resolution.explain(), *errors(log, np.array([row]))])
 
 
 def why(log: Log) -> str:
@@ -98,7 +98,7 @@ def why(log: Log) -> str:
     for row in failed.tolist():
         tick = log.tick(row)
         lines.append(f"{tick.resolver} raised an error at t = {tick.t:.6g} s: {tick.error}")
-    lines += _noted(log)
+    lines += noted(log)
     if log.missing:
         lines.append(log.missing)
     if not len(failed) and not log.missing:
@@ -116,7 +116,7 @@ def _of_resolver(log: Log, resolver: str) -> Iterator[str]:
     counts = {name: int((status == name).sum()) for name in dict.fromkeys(status.tolist())}
     told = ", ".join(f"{count} {name}" for name, count in counts.items())
     yield f"{resolver}: {len(rows)} ticks from {t[0]:.6g} to {t[-1]:.6g} s; {told}"
-    yield from (f"  {text}" for text in _errors(log, rows))
+    yield from (f"  {text}" for text in errors(log, rows))
     found = spans(log, resolver)
     if not found:
         yield "  no limit and no inequality was active"
@@ -136,8 +136,16 @@ def _total(own: list[Span]) -> str:
     return f"active {times}, {sum(span.duration for span in own):.4g} s in all"
 
 
-def _errors(log: Log, rows: IntArray) -> Iterator[str]:
-    """Yield the largest error of each task over some rows."""
+def errors(log: Log, rows: IntArray) -> Iterator[str]:
+    """Yield the largest error of each task over some rows.
+
+    Args:
+        log: The log.
+        rows: Numbers of rows, (k,).
+
+    Yields:
+        A sentence for each task.
+    """
     for task in log.facts["tasks"]:
         column = f"error/{task}"
         values, names = log.array(column)[rows], log.names(column)
@@ -156,8 +164,15 @@ def _errors(log: Log, rows: IntArray) -> Iterator[str]:
             yield f"{task}: error {'' if len(rows) == 1 else 'up to '}{', '.join(told)}"
 
 
-def _noted(log: Log) -> Iterator[str]:
-    """Yield the notes on answers, each with its first time and its number of ticks."""
+def noted(log: Log) -> Iterator[str]:
+    """Yield the notes on answers, each with its first time and its number of ticks.
+
+    Args:
+        log: The log.
+
+    Yields:
+        A sentence for each note, of which the first ones are taken if there are many.
+    """
     notes: dict[str, list[int]] = {}
     for row, found in enumerate(log.array("notes").tolist()):
         for note in found or ():
