@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Generator, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -68,6 +68,12 @@ Live = Annotated[
     ),
 ]
 Record = Annotated[bool, typer.Option(help="Write a recording, a table of all ticks and a manifest.")]
+Raw = Annotated[
+    Path | None,
+    typer.Option(
+        "--log", metavar="FILE", help="Log all ticks to FILE.arrow, see taskopt show.", show_default=False
+    ),
+]
 Logs = Annotated[Path, typer.Option(metavar="FOLDER", help="Write to FOLDER/<scenario>/<time>/.")]
 
 
@@ -93,11 +99,13 @@ class Output:
         record: True to write a recording.
         logs: Folder of all recordings.
         live: True to show the run in a viewer as well.
+        log: File of the raw log; None for none.
     """
 
     record: bool
     logs: Path
     live: bool
+    log: Path | None
 
     def recorders(self, info: "RunInfo") -> "tuple[Log, ...]":
         """Open the log of a run, if it is recorded.
@@ -136,9 +144,10 @@ def run(
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
+    log: Raw = None,
 ) -> None:
     """Run a scenario, print a summary and write a recording."""
-    _resolve(scenario, [resolver], Variation(changes or [], duration, dt), Output(record, logs, live))
+    _resolve(scenario, [resolver], Variation(changes or [], duration, dt), Output(record, logs, live, log))
 
 
 @app.command()
@@ -159,6 +168,7 @@ def compare(
     live: Live = False,
     record: Record = True,
     logs: Logs = Path("logs"),
+    log: Raw = None,
 ) -> None:
     """Run a scenario with several resolvers side by side.
 
@@ -170,7 +180,7 @@ def compare(
     twice = sorted({name for name in resolvers if resolvers.count(name) > 1})
     if twice:
         raise InvalidValue(f"name each resolver once; named twice: {', '.join(twice)}")
-    _resolve(scenario, resolvers, Variation(changes or [], duration, dt), Output(record, logs, live))
+    _resolve(scenario, resolvers, Variation(changes or [], duration, dt), Output(record, logs, live, log))
 
 
 @app.command()
@@ -327,6 +337,7 @@ def main() -> None:
 def _resolve(file: str, names: "Sequence[str]", variation: Variation, output: Output) -> None:
     """Run a scenario with all resolvers, record it, and print the summary."""
     from taskopt.compare import Comparison
+    from taskopt.loop.run_log import RunLog
     from taskopt.loop.scenario import load_scenario
     from taskopt.loop.variation import varied
     from taskopt.record import RunInfo, record
@@ -335,15 +346,21 @@ def _resolve(file: str, names: "Sequence[str]", variation: Variation, output: Ou
 
     resolvers = [resolver(name) for name in names]
     scenario = varied(load_scenario(file), *variation)
-    comparison = Comparison(scenario, resolvers)
+    raw = None if output.log is None else RunLog(scenario, resolvers, output.log, Path(file))
+    comparison = Comparison(scenario, resolvers, log=raw)
     logs = output.recorders(RunInfo(scenario, tuple(names), Path(file)))
     try:
-        interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
+        with nullcontext() if raw is None else raw:
+            interrupted = _drive(record(comparison, *logs), scenario.ticks * len(resolvers), scenario.name)
+            if raw is not None and interrupted:
+                raw.close("the user interrupted it")
     finally:  # a run that ends early still has a summary and a recording
         title = f"{scenario.name}: {scenario.ticks} ticks of {1e3 * scenario.dt:g} ms"
         show(comparison.summaries.values(), terminal(), comparison.baseline, title)
         for log in logs:
             typer.echo(f"recorded in {log.folder}; look at it with: taskopt view {log.folder}")
+        if raw is not None:
+            typer.echo(f"logged in {raw.path}; read it with: taskopt show {raw.path}")
     if interrupted:
         raise typer.Exit(130)
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from taskopt.errors import Infeasible, NotSolved
 from taskopt.loop.run import JUDGED, Step, run
+from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
@@ -28,6 +29,7 @@ class Comparison:
         scenario: The scenario to run.
         resolvers: The resolvers, or their names (`taskopt list` shows them).
         judged: Number of ticks whose answers are judged, see `run`.
+        log: Log of these resolvers, to which all ticks are added.
 
     Attributes:
         scenario: The scenario.
@@ -42,8 +44,14 @@ class Comparison:
         Infeasible: Hard limits contradict each other, with one resolver and the policy "raise".
     """
 
-    def __init__(self, scenario: Scenario, resolvers: Sequence[str | Resolver], judged: int = JUDGED) -> None:
-        self.scenario, self._judged = scenario, judged
+    def __init__(
+        self,
+        scenario: Scenario,
+        resolvers: Sequence[str | Resolver],
+        judged: int = JUDGED,
+        log: RunLog | None = None,
+    ) -> None:
+        self.scenario, self._judged, self._log = scenario, judged, log
         self.resolvers: tuple[Resolver, ...] = tuple(as_resolver(given) for given in resolvers)
         names = [resolver.name for resolver in self.resolvers]
         self.baseline = "pinv" if "pinv" in names else names[0]
@@ -52,7 +60,8 @@ class Comparison:
 
     def __iter__(self) -> Iterator[Step]:
         """Yield the steps of all resolvers, tick by tick, in the order of the resolvers."""
-        runs = {resolver.name: run(self.scenario, resolver, self._judged) for resolver in self.resolvers}
+        given = self._judged, self._log
+        runs = {resolver.name: run(self.scenario, resolver, *given) for resolver in self.resolvers}
         for _ in range(self.scenario.ticks):
             steps = {}
             for name in list(runs):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.certificate import broken_limit
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS
@@ -92,9 +92,9 @@ def _deadlines(log: Log, resolver: str, rows: IntArray) -> Claim:
     return _claim(log, "deadline", resolver, rows, apart >= _LATE * dt, worst)
 
 
-def _claim(log: Log, name: str, resolver: str, rows: IntArray, found: Array, what: str) -> Claim:
+def _claim(log: Log, name: str, resolver: str, rows: IntArray, found: Mask, what: str) -> Claim:
     """Return a finding with its sentence."""
-    own = rows[found.astype(bool)]
+    own = rows[found]
     first = f", first at {log.t[own[0]]:.6g} s" if len(own) else ""
     verb = what if len(own) else what.partition(", ")[0]
     return Claim(name, resolver, own, len(rows), f"{len(own)} of {len(rows)} ticks {verb}{first}")

@@ -40,10 +40,11 @@ class LoggedLoop:
         loop: The loop.
         log: The log, which was made with a description of this loop.
         description: That description.
+        number: Number of the resolver, if the log has the ticks of several loops.
     """
 
-    def __init__(self, loop: Loop, log: RawLog, description: Description) -> None:
-        self._loop, self._log = loop, log
+    def __init__(self, loop: Loop, log: RawLog, description: Description, number: int = 0) -> None:
+        self._loop, self._log, self._number, self._index = loop, log, number, 0
         self._ticks = PlanTicks(loop.plan, description)
         history = loop.history
         self._quick = None if history is None else QuickCopy(log, self._ticks, history)
@@ -93,9 +94,13 @@ class LoggedLoop:
     ) -> None:
         """Copy a tick."""
         loop = self._loop
-        tick = self._ticks.tick(self._log.count, t, q, before, memory)
+        index = self._index if self._quick is None else self._log.count
+        tick = self._ticks.tick(index, t, q, before, memory)._replace(resolver=self._number)
+        if self._quick is None and not error:
+            tick = tick._replace(seconds=(loop.seconds.resolver, loop.seconds.rows))
         if answer.undamped is not None and loop.rest is not None:
             tick = tick._replace(damped_memory=loop.rest.memory)
+        self._index += 1
         self._log.add(tick, answer, loop.plan.hierarchy, error)
 
     def _add_failed(

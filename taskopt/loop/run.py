@@ -14,6 +14,7 @@ resolver alone, without kinematics, without the copies that a step keeps, and wi
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import CLOSED_FORM_INSIDE
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.loop.loop import Loop
+from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import as_resolver
@@ -96,7 +98,12 @@ class Step:
         )
 
 
-def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int = JUDGED) -> Iterator[Step]:
+def run(
+    scenario: Scenario,
+    resolver: str | Resolver = "active-set",
+    judged: int = JUDGED,
+    log: str | Path | RunLog | None = None,
+) -> Iterator[Step]:
     """Resolve a scenario tick by tick, by steps on the manifold of the robot, see `taskopt.loop.run`.
 
     Args:
@@ -104,6 +111,8 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int
         resolver: A resolver, or the name of one (`taskopt list` shows them).
         judged: Number of ticks whose answer is to be judged, evenly spread. Answers that are claimed although
             their KKT residuals are large are judged in any case.
+        log: File to which all ticks are logged, see `open_log`, which is closed with the run; or a log that
+            several runs share.
 
     Yields:
         One step for each tick.
@@ -112,16 +121,22 @@ def run(scenario: Scenario, resolver: str | Resolver = "active-set", judged: int
         NotSolved: The answer of a tick may not be sent to a robot; the error has the resolution.
         Infeasible: Hard limits contradict each other, and `scenario.on_conflict` is "raise".
         UnknownName: There is no resolver of that name.
+        LogFailed: The log cannot be written any more, as on a full disk.
     """
     resolver = as_resolver(resolver)
+    if isinstance(log, str | Path):
+        with RunLog(scenario, [resolver], log) as own:
+            yield from run(scenario, resolver, judged, own)
+        return
     plan = scenario.compile()
     loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
     q = scenario.start.copy()
     loop.start(q, 0.0)  # imports and compilation are nobody's solve time
+    tick = loop.tick if log is None else log.tick(loop)
     every = -(-scenario.ticks // max(1, judged))
     for index in range(scenario.ticks):
         t = index * scenario.dt
-        resolution = loop.tick(q, t)
+        resolution = tick(q, t)
         step = _step(scenario, loop, resolution, index, q, judged=index % every == 0)
         yield step
         q = step.q_next

@@ -4,7 +4,8 @@ import json
 import platform
 from pathlib import Path
 
-from taskopt.log.provenance import Json, commit_of, machine, now, plain, source_of, versions
+from taskopt.log.provenance import Json, commit_of, machine, now, versions
+from taskopt.loop.run_log import scenario_facts
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 
@@ -69,14 +70,7 @@ def manifest(info: RunInfo) -> dict[str, Json]:
     """
     scenario = info.scenario
     return {
-        "scenario": {
-            "name": scenario.name,
-            "description": scenario.description,
-            "duration_s": scenario.duration,
-            "dt_s": scenario.dt,
-            "settings": {name: plain(value) for name, value in scenario.settings.items()},
-            **source_of(info.source),
-        },
+        "scenario": scenario_facts(scenario, info.source),
         "robot": {"name": scenario.robot.name, "nq": scenario.robot.nq, "nv": scenario.robot.nv},
         "q0": scenario.start.tolist(),
         "resolvers": list(info.resolvers),

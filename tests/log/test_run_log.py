@@ -1,0 +1,89 @@
+"""Runs and comparisons that are logged: every tick of every resolver, with the text of the scenario."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from taskopt import JointTask, Scenario, Stack, open_log, run, solve_again
+from taskopt.cli import app
+from taskopt.compare import Comparison
+from taskopt.errors import Infeasible, InvalidValue
+from taskopt.loop.run_log import RunLog
+from taskopt.loop.scenario import load_scenario
+from taskopt.resolver.registry import resolver
+from tests.log.conftest import ARM, DT, START, stack
+
+NAMES = ("active-set", "pinv", "hqp/daqp")
+
+
+def scenario(**changes) -> Scenario:
+    return Scenario(robot=ARM, q0=START, duration=60 * DT, dt=DT, **{"stack": stack(), **changes})
+
+
+def test_a_run_is_in_its_log(tmp_path):
+    """Postures, velocities, errors, poses and times of each row are those of the step."""
+    steps = list(run(scenario(), log=tmp_path / "a.arrow"))
+    log = open_log(tmp_path / "a.arrow")
+    assert log.end.end == "finished"
+    assert len(steps) == len(log) == 60
+    for k, step in enumerate(steps):
+        tick = log.tick(k)
+        assert np.array_equal(tick.values["q"], step.q)
+        assert np.array_equal(tick.x, step.v)
+        assert np.array_equal(tick.resolution.answer, step.resolution.answer)
+        assert np.array_equal(tick.values["error/hand"], step.errors["hand"])
+        assert np.array_equal(np.reshape(tick.values["desired/hand"], (4, 4)), step.desired["hand"])
+        assert (tick.values["seconds"], tick.values["build_seconds"]) == (step.seconds, step.build_seconds)
+        assert solve_again(tick).distance == 0.0
+
+
+def test_a_comparison_has_the_ticks_of_all_resolvers(tmp_path):
+    """One file has the rows of each resolver, and each is solved again to the last bit."""
+    resolvers = [resolver(name) for name in NAMES]
+    with RunLog(scenario(), resolvers, tmp_path / "a.arrow") as raw:
+        steps = list(Comparison(scenario(), resolvers, log=raw))
+    log = open_log(tmp_path / "a.arrow")
+    assert log.resolvers == NAMES
+    for name in NAMES:
+        own, rows = [step for step in steps if step.resolver == name], log.rows(name)
+        assert np.array_equal(log.array("x")[rows], [step.v for step in own])
+        assert log.array("tick")[rows].tolist() == list(range(60))
+        assert [solve_again(log.tick(int(row))).distance for row in rows[::7]] == [0.0] * 9
+
+
+def test_the_error_that_ends_a_run_is_in_its_log(tmp_path):
+    """A resolver that cannot go on leaves its last tick with the reason, and the log says what ended the run."""
+    with pytest.raises(Infeasible):
+        for step in run(scenario(), log=tmp_path / "a.arrow"):
+            if step.index == 20:
+                raise Infeasible("told by a test")
+    assert open_log(tmp_path / "a.arrow").end.end == "interrupted"
+    halted = run(scenario(), log=tmp_path / "b.arrow")
+    next(halted)
+    halted.close()
+    log = open_log(tmp_path / "b.arrow")
+    assert (len(log), log.end.why) == (1, "GeneratorExit")
+
+
+def test_commands_write_the_log_with_the_text_of_the_scenario(tmp_path):
+    """`run` and `compare` write the file that --log names; its text is that of the scenario's file."""
+    words = ["tasks/planar_circle.py", "--no-record", "--duration", "0.05"]
+    for command, named in (("run", ["active-set"]), ("compare", ["active-set", "pinv"])):
+        path = tmp_path / f"{command}.arrow"
+        done = CliRunner().invoke(app, [command, *words, "-r", ",".join(named), "--log", str(path)])
+        assert done.exit_code == 0, done.output
+        assert "taskopt show" in done.output
+        log, expected = open_log(path), load_scenario(words[0])
+        assert list(log.resolvers) == named
+        assert len(log) == len(named) * round(0.05 / expected.dt)
+        with open(words[0], encoding="utf-8") as file:
+            assert log.facts["scenario"]["text"] == file.read()
+        assert log.facts["scenario"]["name"] == expected.name
+
+
+def test_runs_of_second_order_are_refused_by_name(tmp_path):
+    """A stack of order 2 has no log yet, and the error says so before anything is written."""
+    second = scenario(stack=Stack([[JointTask()]], order=2))
+    with pytest.raises(InvalidValue, match="order"):
+        next(run(second, log=tmp_path / "a.arrow"))
+    assert not (tmp_path / "a.arrow").exists()
