@@ -7,7 +7,6 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
 from taskopt.hierarchy.certificate import broken_limit
-from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS
 from taskopt.log.description import PROBLEM
 from taskopt.log.reading import Log
@@ -59,9 +58,8 @@ def _errors(log: Log, resolver: str, rows: IntArray) -> Claim:
 def _violations(log: Log, resolver: str, rows: IntArray) -> Claim:
     """Find answers that break a limit."""
     failed, size = log.array("failed")[rows].astype(bool), np.zeros(len(rows))
-    norm = np.array(log.facts["norm"], dtype=np.float64)
     for i, (buffer, x) in enumerate(_sent(log, rows)):
-        size[i] = 0.0 if failed[i] else broken_limit(Hierarchy.view(log.layout, buffer, norm), x)
+        size[i] = 0.0 if failed[i] else broken_limit(log.layout, buffer, x)
     worst = f"broke a hard limit, by up to {size.max(initial=0.0):.3g} of its largest term"
     return _claim(log, "violation", resolver, rows, size > CLAIM_KEEPS_LIMITS, worst)
 

@@ -1,5 +1,7 @@
 """Runs and comparisons that are logged: every tick of every resolver, with the text of the scenario."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -51,13 +53,20 @@ def test_a_comparison_has_the_ticks_of_all_resolvers(tmp_path):
         assert [solve_again(log.tick(int(row))).distance for row in rows[::7]] == [0.0] * 9
 
 
-def test_the_error_that_ends_a_run_is_in_its_log(tmp_path):
-    """A resolver that cannot go on leaves its last tick with the reason, and the log says what ended the run."""
-    with pytest.raises(Infeasible):
-        for step in run(scenario(), log=tmp_path / "a.arrow"):
+def failed(path):
+    """Run into a log, until the caller raises an error at tick 20."""
+    with RunLog(scenario(), [resolver("pinv")], path) as raw:
+        for step in run(scenario(), "pinv", log=raw):
             if step.index == 20:
                 raise Infeasible("told by a test")
-    assert open_log(tmp_path / "a.arrow").end.end == "interrupted"
+
+
+def test_the_error_that_ends_a_run_is_in_its_log(tmp_path):
+    """The log has the ticks until the error, and says what ended the run."""
+    with pytest.raises(Infeasible):
+        failed(tmp_path / "a.arrow")
+    log = open_log(tmp_path / "a.arrow")
+    assert (len(log), log.end.end, log.end.why) == (21, "interrupted", "told by a test")
     halted = run(scenario(), log=tmp_path / "b.arrow")
     next(halted)
     halted.close()
@@ -76,8 +85,7 @@ def test_commands_write_the_log_with_the_text_of_the_scenario(tmp_path):
         log, expected = open_log(path), load_scenario(words[0])
         assert list(log.resolvers) == named
         assert len(log) == len(named) * round(0.05 / expected.dt)
-        with open(words[0], encoding="utf-8") as file:
-            assert log.facts["scenario"]["text"] == file.read()
+        assert log.facts["scenario"]["text"] == Path(words[0]).read_text(encoding="utf-8")
         assert log.facts["scenario"]["name"] == expected.name
 
 
