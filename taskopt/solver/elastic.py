@@ -4,7 +4,7 @@ It solves min ½ xᵀ H x + gᵀ x + p Σ t with G x − t ≤ h, t ≥ 0. If p 
 answer is that of the program without t. An answer that violates a row is therefore no answer here.
 """
 
-import elastiqp  # pyright: ignore[reportMissingImports]
+import elastiqp
 import numpy as np
 
 from taskopt.hierarchy.qp import QuadraticProgram, Solution

@@ -12,11 +12,12 @@ from tests.log.conftest import ARM, DT, START, stack
 
 
 def moving() -> Stack:
-    """A stack with a pose, a task that Python fills, and an obstacle that moves."""
+    """A stack with a pose, a task that Python fills, and an obstacle that moves; undamped, all ordinary."""
     hand = PositionTask("tip", target=Line(by=(0.2, 0.1, 0.0), duration=0.3), axes="xy", name="hand")
     ball = Sphere((1.5, 0.3, 0.0), 0.1, name="ball")
     near = ObstacleLimit(ball, moving={"ball": Line(by=(-0.3, 0.0, 0.0), duration=0.4)})
-    return Stack([[hand], [GradientTask(Manipulability("tip", axes="xy"))], [JointTask()]], [near])
+    levels = [[hand], [GradientTask(Manipulability("tip", axes="xy"))], [JointTask()]]
+    return Stack(levels, [near], damping=None)
 
 
 def rows(path, declared: Stack, compiled: bool, used: list[bool]) -> list[dict]:

@@ -130,7 +130,7 @@ def hierarchy_of(program: Mapping[str, Any], where: str = "the program") -> Hier
     n = len(q)
     P, G, A = (_matrix(program[key], n) for key in ("P", "G", "A"))
     curvature, V = np.linalg.eigh(P)
-    least = FIT_RANK * max(float(curvature.max(initial=0.0)), 1e-300)
+    least = FIT_RANK * max(float(curvature.max(initial=0.0)), float(np.finfo(np.float64).tiny))
     if curvature.min(initial=0.0) < -least:
         raise InvalidValue(
             f"{where} is not convex: P has the eigenvalue {curvature.min():.2g}; leave it out of the file"
