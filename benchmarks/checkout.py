@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fcntl import LOCK_EX, flock
 from importlib import import_module
 from importlib.util import find_spec
@@ -126,6 +126,16 @@ def subject(folder: Path, name: str, ticks: int | None = None) -> Subject:
         The subject.
     """
     return _case(folder, name, ticks or 1000) if name.startswith("W") else _scenario(folder, name, ticks)
+
+
+def undamped(of: Subject) -> Subject:
+    """Return a subject whose stack has no damping at rest, which older commits do not know.
+
+    Args:
+        of: The subject.
+    """
+    known = getattr(of.stack, "damping", None) is not None
+    return replace(of, stack=replace(of.stack, damping=None)) if known else of
 
 
 def _case(folder: Path, name: str, ticks: int) -> Subject:

@@ -175,7 +175,7 @@ def report(
         ),
     ] = None,
 ) -> None:
-    """Report on a log: checks, errors of tasks, active limits with their prices, and notes."""
+    """Report on a log: checks, errors of tasks, and prices of limits."""
     from taskopt.command_parts import names_in
     from taskopt.log import report as reports
     from taskopt.log.claims import CHECKS, claims

@@ -134,6 +134,13 @@ def test_list_names_what_there_is(tmp_path: Path, taskopt: Command) -> None:
         ["bench", "diff"],
         ["bench", "sets"],
         ["bench", "capture"],
+        ["bench", "export"],
+        ["bench", "proof"],
+        ["show"],
+        ["replay"],
+        ["export"],
+        ["diff"],
+        ["report"],
         ["sweep"],
     ],
 )

@@ -11,7 +11,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the modules beside this folder
 
 import numpy as np
-from checkout import Subject, subject
+from checkout import Subject, subject, undamped
 from numpy.typing import NDArray
 
 from taskopt import Controller, TaskoptError
@@ -89,7 +89,7 @@ def response(of: Subject, recorded: Record) -> Array:
 def main() -> None:
     """Record one subject into a file."""
     folder, file, name, ticks = sys.argv[1:]
-    of = subject(Path(folder), name, int(ticks) or None)
+    of = undamped(subject(Path(folder), name, int(ticks) or None))
     recorded = record(of)
     np.savez(file, q=recorded.q, v=recorded.v, response=response(of, recorded))
 

@@ -33,7 +33,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the modules besi
 
 import numpy as np
 from cases import NAMES
-from checkout import BEFORE, ROOT, Subject, cache_of, environment, full_name, subject, worktree
+from checkout import BEFORE, ROOT, Subject, cache_of, environment, full_name, subject, undamped, worktree
 
 from taskopt import Controller
 from taskopt.arrays import Array
@@ -161,10 +161,10 @@ def records(commit: str, names: list[str], ticks: int) -> Iterator[tuple[str, Ar
 def examine_record(name: str, q: Array, v: Array, response: float) -> Outcome:
     """Make the subject by name, and compare as `examine` does."""
     if name not in CHANGED:
-        return examine(subject(ROOT, name, len(q) if name in NAMES else None), q, v, response)
+        return examine(undamped(subject(ROOT, name, len(q) if name in NAMES else None)), q, v, response)
     with tempfile.TemporaryDirectory() as place:
         write_declaration(name, Path(place))
-        return examine(subject(Path(place), name), q, v, response)
+        return examine(undamped(subject(Path(place), name)), q, v, response)
 
 
 def write_declaration(name: str, folder: Path) -> None:

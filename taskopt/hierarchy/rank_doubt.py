@@ -16,6 +16,8 @@ A factorisation serves many ticks: σ_min of B is at least s = 1/‖L⁻¹‖ of
 L Lᵀ = B Bᵀ) less the norm of the change of B since. What a new factorisation would decide stays the same.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask, StateArray
@@ -29,6 +31,24 @@ _GROWTH = 1.25  # by which a lower bound of σ_min is raised until a factorisati
 _PERIOD, _LEAST, _COUNT, _ROWS = 0, 1, 2, 3  # where Δt, s, the number of rows and B stand in `watch`
 
 
+class Scratch(NamedTuple):
+    """Memory of one look, which is kept since allocating it would take a third of the time of the look.
+
+    Attributes:
+        B: The rows, (n, n).
+        asks: R ‖w b‖ of each group, at its first row, (M,).
+        slips: R² max w of each group, likewise, (M,).
+        levers: Sums of squares of the entries of a group, (n,).
+        keep: 0 for unknowns that a limit on positions may hold, else 1, (n,).
+    """
+
+    B: Array
+    asks: Array
+    slips: Array
+    levers: Array
+    keep: Array
+
+
 @kernel
 def watch_size(n: int, row_count: int) -> int:
     """Return the length of `watch` of `rank_in_doubt`.
@@ -40,7 +60,7 @@ def watch_size(n: int, row_count: int) -> int:
     Returns:
         The length.
     """
-    return _ROWS + n * n + row_count
+    return _ROWS + 2 * n * n + 2 * n + 3 * row_count
 
 
 def new_watch(n: int, groups: IntArray) -> Array:
@@ -55,7 +75,7 @@ def new_watch(n: int, groups: IntArray) -> Array:
         `watch`.
     """
     watch = np.zeros(watch_size(n, len(groups)))
-    watch[_ROWS + n * n :] = groups
+    _groups(watch, n, len(groups))[:] = groups
     return watch
 
 
@@ -75,7 +95,7 @@ def rank_in_doubt(
         state: (n + M,) its active set.
         base: (2 n,) lower and upper bounds of x that do not depend on the posture, such as limits on speed.
         watch: Array of `new_watch`: Δt [s], then what is kept of the last factorisation: s, the number of
-            rows of B, and B; then the group of each row.
+            rows of B, and B; then the group of each row, and the memory of a `Scratch`.
 
     Returns:
         True if a level may need damping.
@@ -84,11 +104,12 @@ def rank_in_doubt(
     x, state, base, watch = borrowed(x), borrowed(state), borrowed(base), borrowed(watch)
     n = x.size
     problem = view_rows(buffer, n, norm, offsets, columns)
-    last, size, limit = _largest_threshold(problem, x, state, watch)
+    groups, scratch = _groups(watch, n, columns.size), _scratch(watch, n, columns.size)
+    last, size, limit = _largest_threshold(problem, x, state, groups, watch[_PERIOD], scratch)
     if limit < REST_LEAST:
         return False
-    B = np.empty((n, n))
-    count = _held_rows(problem, x, state, base, watch, (last, size), B)
+    B = scratch.B
+    count = _held_rows(problem, x, state, base, groups, (last, size), scratch)
     if count < 0:
         return True  # more rows than unknowns depend on each other
     before = watch[_ROWS : _ROWS + n * n].reshape(n, n)
@@ -110,14 +131,34 @@ def rank_in_doubt(
 
 
 @kernel
-def _largest_threshold(problem: Rows, x: Array, state: StateArray, watch: Array) -> tuple[int, float, float]:
+def _groups(watch, n, row_count):
+    """Return the group of each row, as a view of `watch`, (M,)."""
+    return watch[_ROWS + n * n : _ROWS + n * n + row_count]
+
+
+@kernel
+def _scratch(watch, n, row_count):
+    """Return the memory of a look, as views of `watch`."""
+    B = _ROWS + n * n + row_count
+    asks = B + n * n
+    slips = asks + row_count
+    levers = slips + row_count
+    return Scratch(
+        watch[B:asks].reshape((n, n)), watch[asks:slips], watch[slips:levers], watch[levers : levers + n],
+        watch[levers + n : levers + 2 * n],
+    )  # fmt: skip
+
+
+@kernel
+def _largest_threshold(
+    problem: Rows, x: Array, state: StateArray, groups: Array, dt: float, scratch: Scratch
+) -> tuple[int, float, float]:
     """Return the last level with curved rows, the largest lever, and a bound of ε² with weights from 1 on.
 
     Groups that ask for next to nothing, such as feet that stand, are counted by what they ask for in both
     bounds, so that their weights do not matter.
     """
-    groups, group = watch[_ROWS + x.size**2 :], np.empty(4)
-    asks, slips = np.zeros(groups.size), np.zeros(groups.size)
+    asks, slips = scratch.asks, scratch.slips
     last, asked, missed, lever = 0, 0.0, 0.0, 0.0
     for k in range(1, problem.offsets.size - 1):
         i, end = problem.offsets[k], problem.offsets[k + 1]
@@ -129,18 +170,23 @@ def _largest_threshold(problem: Rows, x: Array, state: StateArray, watch: Array)
             stop = i + 1
             while stop < end and groups[stop] == groups[i]:
                 stop += 1
-            if groups[i] > 0.0 and _sum_group(problem, x, state, (i, stop), lightest, group):
-                asks[i], slips[i] = group[0], group[2]
-                asked, missed = asked + group[0], missed + group[1]
-                last, lever = k, max(lever, group[3])
+            asks[i], slips[i] = 0.0, 0.0
+            if groups[i] > 0.0:
+                own, misses, slip, size = _sum_group(problem, x, state, (i, stop), lightest, scratch.levers)
+                asks[i], slips[i] = own, slip
+                asked, missed = asked + own, missed + misses
+                if size >= 0.0:
+                    last, lever = k, max(lever, size)
             i = stop
     little, slip = 0.0, 0.0
-    for i in range(groups.size):
-        if asks[i] > LITTLE * asked:
-            slip += slips[i]
-        else:
-            little += asks[i]
-    dt = watch[_PERIOD]
+    for k in range(1, problem.offsets.size - 1):
+        for i in range(problem.offsets[k], problem.offsets[k + 1]):
+            if i > problem.offsets[k] and groups[i] == groups[i - 1]:
+                continue  # the first row of a group stands for it
+            if asks[i] > LITTLE * asked:
+                slip += slips[i]
+            else:
+                little += asks[i]
     slip = dt * np.sqrt(slip * np.dot(x, x))
     left = dt * (missed + little)
     return last, lever, min(dt * asked, 0.25 * (slip + np.sqrt(slip**2 + 4.0 * left)) ** 2)
@@ -148,11 +194,13 @@ def _largest_threshold(problem: Rows, x: Array, state: StateArray, watch: Array)
 
 @kernel
 def _sum_group(
-    problem: Rows, x: Array, state: StateArray, rows: tuple[int, int], lightest: float, out: Array
-) -> bool:
-    """Write R ‖w b‖, R ‖w r‖, R² max w and R of a group of curved rows; return False if none is held."""
+    problem: Rows, x: Array, state: StateArray, rows: tuple[int, int], lightest: float, levers: Array
+) -> tuple[float, float, float, float]:
+    """Return R ‖w b‖, R ‖w r‖, R² max w and R of a group of curved rows; zeros and −1 if none is held."""
     n, found = x.size, False
-    levers, asked, missed, heaviest = np.zeros(n), 0.0, 0.0, 0.0
+    asked, missed, heaviest = 0.0, 0.0, 0.0
+    for j in range(n):
+        levers[j] = 0.0
     for i in range(rows[0], rows[1]):
         if not _is_held(problem, state, i):
             continue
@@ -164,19 +212,30 @@ def _sum_group(
         asked += (w * bound) ** 2
         missed += (w * (value - bound)) ** 2
         heaviest, found = max(heaviest, w), True
-    square = levers.max() if n else 0.0
+    if not found:
+        return 0.0, 0.0, 0.0, -1.0
+    square = 0.0
+    for j in range(n):
+        square = max(square, levers[j])
     lever = np.sqrt(square)
-    out[0], out[1], out[2], out[3] = lever * np.sqrt(asked), lever * np.sqrt(missed), square * heaviest, lever
-    return found
+    return lever * np.sqrt(asked), lever * np.sqrt(missed), square * heaviest, lever
 
 
 @kernel
 def _held_rows(
-    problem: Rows, x: Array, state: StateArray, base: Array, watch: Array, size: tuple[int, float], B: Array
+    problem: Rows,
+    x: Array,
+    state: StateArray,
+    base: Array,
+    groups: Array,
+    size: tuple[int, float],
+    scratch: Scratch,
 ) -> int:
     """Write the rows B up to level size[0], and return their number; −1 if there are more than n."""
-    n, count, groups = x.size, 0, watch[_ROWS + x.size**2 :]
-    near = near_limits(problem.box_lower, problem.box_upper, base, np.sqrt(np.dot(x, x)))
+    n, count, B, keep = x.size, 0, scratch.B, scratch.keep
+    speed = np.sqrt(np.dot(x, x))
+    for j in range(n):
+        keep[j] = 0.0 if _is_near(problem.box_lower, problem.box_upper, base, speed, j) else 1.0
     for k in range(size[0] + 1):
         for i in range(problem.offsets[k], problem.offsets[k + 1]):
             curved = groups[i] > 0.0
@@ -192,7 +251,7 @@ def _held_rows(
                 return -1
             scale = 1.0 if curved else size[1] / max(length, ZERO_ROW)
             for j in range(n):
-                B[count, j] = 0.0 if near[j] else scale * problem.A[i, j]
+                B[count, j] = keep[j] * scale * problem.A[i, j]
             count += 1
     return count
 
@@ -216,9 +275,18 @@ def near_limits(box_lower: Array, box_upper: Array, base: Array, speed: float) -
     Returns:
         True for each such unknown, (n,).
     """
+    near = np.empty(box_lower.size, np.bool_)
+    for j in range(near.size):
+        near[j] = _is_near(box_lower, box_upper, base, speed, j)
+    return near
+
+
+@kernel
+def _is_near(box_lower: Array, box_upper: Array, base: Array, speed: float, j: int) -> bool:
+    """Return True if a limit that depends on the posture may hold unknown j; see `near_limits`."""
     n = box_lower.size
-    lower = (box_lower > base[:n]) & (-box_lower <= speed)
-    return lower | ((box_upper < base[n:]) & (box_upper <= speed))
+    lower = box_lower[j] > base[j] and -box_lower[j] <= speed
+    return lower or (box_upper[j] < base[n + j] and box_upper[j] <= speed)
 
 
 @kernel

@@ -71,15 +71,13 @@ def warm_up() -> None:
     far = PositionTask("tip", target=(9.0, 0.0, 0.0), axes="xy", gain=5.0)
     stretched = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
     Controller(_bare_arm(), stretched).step(np.zeros(4), 0.0)
+    solvers = "hqp/daqp", "wqp/daqp", *(["hqp/quadprog"] if find_spec("quadprog") else [])
     for robot, stack in islice(_stacks(), 1):
-        for resolver in (
-            "hqp/daqp",
-            "wqp/daqp",
-            *(["hqp/quadprog"] if find_spec("quadprog") else []),
-            *_CLOSED_FORMS,
-        ):
+        for resolver in (*solvers, *_CLOSED_FORMS):
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for
+    for resolver in solvers:  # with bounds in the way, without which no solver is asked
+        Controller(_bare_arm(), _bounded(), resolver).step(_START, 0.0)
     judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
     batch = BatchController(_bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]]))
     batch.start(_START[None])
@@ -119,6 +117,13 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
     gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
     yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)
+
+
+def _bounded() -> Stack:
+    """Return a stack whose first level is met at limits on velocities, and whose last one cannot be met."""
+    near = Configuration(_bare_arm(), _START).pose("tip")[:3, 3] + [0.14, 0.14, 0.0]
+    hand = PositionTask("tip", target=near, axes="xy", gain=10.0)
+    return Stack([[hand], [JointTask(np.full(4, 2.0), gain=100.0)]], [JointVelocityLimit()], damping=None)
 
 
 def _bare_arm() -> Robot:

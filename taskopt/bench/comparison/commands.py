@@ -214,7 +214,7 @@ def export(
     name: Annotated[str, typer.Argument(metavar="SET", help="A set, or a file of one.")],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The file to write, .parquet.")],
 ) -> None:
-    """Write a set for qpbenchmark, as Parquet with a test set in Python beside it.
+    """Write a set as a file and a test set of qpbenchmark.
 
     The programs are those that wqp/ hands to its solver.
     """

@@ -34,7 +34,8 @@ def tick() -> Resolution:
     pose = Configuration(panda, panda.neutral).pose("panda_hand")
     pose[:3, 3] += [0.0, 0.01, -0.02]
     hand = FrameTask("panda_hand", target=Latest(pose), gain=20.0)
-    stack = Stack([[hand, DampingTask(1e-12)]], [JointPositionLimit(0.5), JointVelocityLimit()])
+    limits = [JointPositionLimit(0.5), JointVelocityLimit()]
+    stack = Stack([[hand, DampingTask(1e-12)]], limits, damping=None)
     return Controller(panda, stack, dt=5e-3).step(panda.neutral, 0.0)
 
 

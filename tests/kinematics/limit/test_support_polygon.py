@@ -103,7 +103,7 @@ def test_a_humanoid_that_leans_stops_at_the_edge(kind):
     keep = SupportPolygonTask(corners, margin=0.02, gain=20.0)
     limits = [SupportPolygonLimit(corners, margin=0.02)] if kind == "limit" else []
     levels = [stand, [lean], [JointTask()]] if kind == "limit" else [stand, [keep], [lean], [JointTask()]]
-    control = Controller(of, Stack(levels, limits), dt=dt)
+    control = Controller(of, Stack(levels, limits, damping=None), dt=dt)
     edges = polygon_edges(corners, 0.02)
     for k in range(150):
         resolution = control.step(q, k * dt)
