@@ -131,13 +131,13 @@ def rank_in_doubt(
 
 
 @kernel
-def _groups(watch, n, row_count):
+def _groups(watch: Array, n: int, row_count: int) -> Array:
     """Return the group of each row, as a view of `watch`, (M,)."""
     return watch[_ROWS + n * n : _ROWS + n * n + row_count]
 
 
 @kernel
-def _scratch(watch, n, row_count):
+def _scratch(watch: Array, n: int, row_count: int) -> Scratch:
     """Return the memory of a look, as views of `watch`."""
     B = _ROWS + n * n + row_count
     asks = B + n * n
