@@ -54,8 +54,8 @@ def sections(log: Log, found: Sequence[Claim]) -> list[Section]:
         heads = ("bound", "first at", "times", "in all", "highest price", "level")
         rows = [_bound(own) for own in _by_bound(spans(log, name)).values()]
         parts.append(Section(f"{name}: active limits", heads, rows, name))
-    told = [tuple(reversed(text.split(": ", 1))) for text in noted(log)]
-    return [*parts, Section("Notes", ("note", "when"), told)] if told else parts
+    told = [tuple(text.split(": ", 1)) for text in noted(log)]
+    return [*parts, Section("Notes", ("when", "note"), told)] if told else parts
 
 
 def markdown(log: Log, found: Sequence[Claim]) -> str:

@@ -1,5 +1,6 @@
 """What a log has to tell, in sentences: a summary, one joint, one instant, and why it ended."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,6 +10,7 @@ from taskopt.errors import UnknownName
 from taskopt.log.reading import Log
 from taskopt.log.spans import Span, spans
 
+_NUMBER = re.compile(r"(?<!\w)(?<!level )-?\d+(\.\d+)?(e[+-]?\d+)?(?!\w)")  # not that in "joint1"
 _SHOWN = 12  # spans of a summary; --joint shows all of one joint
 _MILLI = 1000.0
 
@@ -165,17 +167,18 @@ def errors(log: Log, rows: IntArray) -> Iterator[str]:
 
 
 def noted(log: Log) -> Iterator[str]:
-    """Yield the notes on answers, each with its first time and its number of ticks.
+    """Yield the notes on answers, each with its first time; notes that differ in numbers only are one kind.
 
     Args:
         log: The log.
 
     Yields:
-        A sentence for each note, of which the first ones are taken if there are many.
+        The first note of each kind, and the number of its ticks if there are more; of many kinds the first.
     """
-    notes: dict[str, list[int]] = {}
+    kinds: dict[str, tuple[str, list[int]]] = {}
     for row, found in enumerate(log.array("notes").tolist()):
         for note in found or ():
-            notes.setdefault(note, []).append(row)
-    for note, rows in list(notes.items())[:_SHOWN]:
-        yield f"at {log.t[rows[0]]:.6g} s and {len(rows)} ticks in all: {note}"
+            kinds.setdefault(_NUMBER.sub("#", note), (note, []))[1].append(row)
+    for note, rows in list(kinds.values())[:_SHOWN]:
+        more = f", first of {len(rows)} ticks of this kind" if len(rows) > 1 else ""
+        yield f"at {log.t[rows[0]]:.6g} s{more}: {note}"

@@ -98,3 +98,19 @@ def test_a_log_is_replayed_by_a_command(logged):
     assert re.search(r"joint1: [-\d.]+ → [-\d.]+", changed)
     with pytest.raises(TaskoptError, match="add --at"):
         CliRunner().invoke(app, ["replay", str(ran.log.path), "--set", "a.weight=1"], catch_exceptions=False)
+
+
+def test_notes_that_differ_in_numbers_only_are_told_once(logged, monkeypatch):
+    """The first one, and how many there are; those of another joint or level are others."""
+    log = logged("active-set").log
+    notes = [[] for _ in log.t]
+    notes[3] = ["joint1 broken by 0.5 rad/s"]
+    notes[4] = ["joint1 broken by 1.2e-05 rad/s", "joint2 broken by 0.5 rad/s", "level 1 lost"]
+    notes[7] = ["joint1 broken by -3 rad/s", "level 2 lost"]
+    monkeypatch.setattr(type(log), "array", lambda *_: np.array(notes, dtype=object))
+    assert list(story.noted(log)) == [
+        f"at {log.t[3]:.6g} s, first of 3 ticks of this kind: joint1 broken by 0.5 rad/s",
+        f"at {log.t[4]:.6g} s: joint2 broken by 0.5 rad/s",
+        f"at {log.t[4]:.6g} s: level 1 lost",
+        f"at {log.t[7]:.6g} s: level 2 lost",
+    ]
