@@ -152,8 +152,9 @@ def _print(*parts: object) -> None:
     """Print tables and texts as they are."""
     from taskopt.report import terminal
 
+    out = terminal()
     for part in parts:
-        terminal().print(part, highlight=False, markup=False)
+        out.print(part, highlight=False, markup=False)
 
 
 @bench.command()

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import rerun.blueprint as rrb
 
 from taskopt.record.run_info import RunInfo
-from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.arrangement import Arrangement, Camera
 from taskopt.record.viewer.palette import BACKGROUND, GRID
 from taskopt.record.viewer.paths import (
     EVENTS,
@@ -42,9 +42,49 @@ def blueprint(info: RunInfo, arrangement: Arrangement, gauge: LimitGauge) -> rrb
     plots = list(_plots(info, gauge))
     left = rrb.Vertical(_scene(info, arrangement), _texts(), row_shares=[1.9, 1.0])
     right = rrb.Vertical(*(view for view, _ in plots), row_shares=[share for _, share in plots])
+    return complete_layout(rrb.Horizontal(left, right, column_shares=[1.0, 1.1]))
+
+
+def complete_layout(views: rrb.Container) -> rrb.Blueprint:
+    """Lay out views alone, with no panel open and the time at rest, so that the viewer adds nothing.
+
+    Args:
+        views: All views.
+
+    Returns:
+        The layout.
+    """
     time = rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused")
     panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden"), time
-    return rrb.Blueprint(rrb.Horizontal(left, right, column_shares=[1.0, 1.1]), *panels, auto_views=False)
+    return rrb.Blueprint(views, *panels, auto_views=False)
+
+
+def scene_view(name: str, camera: Camera, trails: Sequence[str] = ()) -> View:
+    """Lay out the 3D view.
+
+    Args:
+        name: Its title.
+        camera: Its camera.
+        trails: Paths of entities that are shown from the start of the run up to the cursor.
+
+    Returns:
+        The view.
+    """
+    past = rrb.VisibleTimeRanges(
+        timeline=TIME,
+        start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
+    )
+    return rrb.Spatial3DView(
+        name=name,
+        origin="/world",
+        overrides=dict.fromkeys(trails, past),
+        eye_controls=rrb.EyeControls3D(
+            position=camera.position, look_target=camera.look_target, eye_up=camera.up
+        ),
+        line_grid=rrb.LineGrid3D(visible=True, color=GRID),
+        background=rrb.Background(kind=rrb.BackgroundKind.SolidColor, color=BACKGROUND),
+    )
 
 
 def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
@@ -74,11 +114,6 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
 
 def _scene(info: RunInfo, arrangement: Arrangement) -> View:
     """Lay out the 3D view; actual paths and trails are shown from the start of the run up to the cursor."""
-    past = rrb.VisibleTimeRanges(
-        timeline=TIME,
-        start=rrb.TimeRangeBoundary.infinite(),
-        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
-    )
     paths = [
         world_path(name, "task", task.name, "actual")
         for name in info.resolvers
@@ -86,17 +121,8 @@ def _scene(info: RunInfo, arrangement: Arrangement) -> View:
         if task.frame is not None and rows_in_unit(task, "m").any()
     ]
     paths += [world_path(name, "trail", frame) for name in info.resolvers for frame in info.scenario.trails]
-    camera = arrangement.camera(len(info.resolvers))
-    return rrb.Spatial3DView(
-        name="Robot" if len(info.resolvers) == 1 else "Robots, one a resolver",
-        origin="/world",
-        overrides=dict.fromkeys(paths, past),
-        eye_controls=rrb.EyeControls3D(
-            position=camera.position, look_target=camera.look_target, eye_up=camera.up
-        ),
-        line_grid=rrb.LineGrid3D(visible=True, color=GRID),
-        background=rrb.Background(kind=rrb.BackgroundKind.SolidColor, color=BACKGROUND),
-    )
+    name = "Robot" if len(info.resolvers) == 1 else "Robots, one a resolver"
+    return scene_view(name, arrangement.camera(len(info.resolvers)), paths)
 
 
 def _texts() -> View:

@@ -10,10 +10,11 @@ from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.loop.batch.reach import ReachMap
 from taskopt.record.viewer.arrangement import Arrangement, Camera, arrange
-from taskopt.record.viewer.palette import BACKGROUND, FREE, GRID, TARGET, colours, ramp
+from taskopt.record.viewer.blueprint import complete_layout, scene_view
+from taskopt.record.viewer.palette import FREE, TARGET, colours, ramp
 from taskopt.record.viewer.paths import data_path
 from taskopt.record.viewer.robot3d import RobotDrawing
-from taskopt.record.viewer.writer import TIME, RecordingWriter
+from taskopt.record.viewer.writer import RecordingWriter
 
 _RATE = 10  # postures that are shown in a second
 _POINT, _PLACE = 0.012, 0.03  # share of the size of the scene
@@ -70,19 +71,9 @@ def record_reach_map(found: ReachMap, path: str | Path) -> Path:
 def _layout(found: ReachMap, camera: Camera) -> rrb.Blueprint:
     """Lay out the scene above the plot of the manipulability."""
     reached = f"{found.reached.sum()} of {len(found.poses)} poses reached"
-    view = rrb.Spatial3DView(
-        name=f"{found.frame} of {found.robot.name}: {reached}",
-        origin="/world",
-        eye_controls=rrb.EyeControls3D(
-            position=camera.position, look_target=camera.look_target, eye_up=camera.up
-        ),
-        line_grid=rrb.LineGrid3D(visible=True, color=GRID),
-        background=rrb.Background(kind=rrb.BackgroundKind.SolidColor, color=BACKGROUND),
-    )
+    view = scene_view(f"{found.frame} of {found.robot.name}: {reached}", camera)
     plot = rrb.TimeSeriesView(name="Manipulability of the posture", origin=_VALUE)
-    time = rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused")
-    panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden"), time
-    return rrb.Blueprint(rrb.Vertical(view, plot, row_shares=[4.0, 1.0]), *panels, auto_views=False)
+    return complete_layout(rrb.Vertical(view, plot, row_shares=[4.0, 1.0]))
 
 
 def _camera(points: Array, scene: Arrangement) -> Camera:

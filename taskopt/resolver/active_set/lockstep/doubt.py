@@ -40,16 +40,14 @@ def ranks_in_doubt(
         for j in range(n):
             length = length + load(rows.A, a * n + j) * load(rows.A, a * n + j)
         length = root(length)
-        scale = spread(1.0)
-        if watch.group[a] == 0:
+        scale = spread(1.0 if watch.counted[a] else 0.0)
+        if watch.counted[a] and watch.group[a] == 0:
             scale = lever / where_less(length, ZERO_ROW, ZERO_ROW, length)
         for j in range(n):
             store(scratch.S, a * n + j, scale * load(scratch.trial, j) * load(rows.A, a * n + j))
         empty = where_less(length, ZERO_ROW, where_less(size(load(rows.r, a)), ZERO_ROW, 1.0, 0.0), 0.0)
         if not watch.counted[a]:
             empty = spread(1.0)
-            for j in range(n):
-                store(scratch.S, a * n + j, spread(0.0))
         store(scratch.extra, a, where_less(0.5, empty, 1.0, -limit))
     sound = factorise(scratch.extra, scratch.S, scratch.L, scratch.diagonal, shape)
     return where_less(limit, REST_LEAST, 0.0, 1.0 - sound)
