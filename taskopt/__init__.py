@@ -77,6 +77,7 @@ _NAMES = {  # module: the names that live there
     "taskopt.loop.batch.reach": "reach_map ReachMap",
     "taskopt.loop.batch.step": "BatchStep",
     "taskopt.loop.controller": "Controller",
+    "taskopt.loop.onward": "LogStart",
     "taskopt.loop.pose.solution": "GoalError PoseSolution Verdict",
     "taskopt.loop.pose.solver": "PoseSolver solve_pose",
     "taskopt.loop.run": "run Step",

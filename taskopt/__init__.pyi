@@ -157,6 +157,7 @@ from taskopt.loop.batch.reach import ReachMap as ReachMap
 from taskopt.loop.batch.reach import reach_map as reach_map
 from taskopt.loop.batch.step import BatchStep as BatchStep
 from taskopt.loop.controller import Controller as Controller
+from taskopt.loop.onward import LogStart as LogStart
 from taskopt.loop.pose.solution import GoalError as GoalError
 from taskopt.loop.pose.solution import PoseSolution as PoseSolution
 from taskopt.loop.pose.solution import Verdict as Verdict

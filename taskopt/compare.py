@@ -7,6 +7,7 @@ same load of the machine.
 from collections.abc import Iterator, Sequence
 
 from taskopt.errors import Infeasible, NotSolved
+from taskopt.loop.onward import LogStart
 from taskopt.loop.run import JUDGED, Step, run
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
@@ -30,6 +31,7 @@ class Comparison:
         resolvers: The resolvers, or their names (`taskopt list` shows them).
         judged: Number of ticks whose answers are judged, see `run`.
         log: Log of these resolvers, to which all ticks are added.
+        start: Moment of a log of the scenario at which all begin, see `run`.
 
     Attributes:
         scenario: The scenario.
@@ -50,23 +52,26 @@ class Comparison:
         resolvers: Sequence[str | Resolver],
         judged: int = JUDGED,
         log: RunLog | None = None,
+        start: LogStart | None = None,
     ) -> None:
-        self.scenario, self._judged, self._log = scenario, judged, log
+        self.scenario = scenario if start is None else start.of(scenario)
+        self._given = judged, log, start
         self.resolvers: tuple[Resolver, ...] = tuple(as_resolver(given) for given in resolvers)
         names = [resolver.name for resolver in self.resolvers]
         self.baseline = "pinv" if "pinv" in names else names[0]
-        gauge = LimitGauge(RunInfo(scenario, tuple(names)))
+        gauge = LimitGauge(RunInfo(self.scenario, tuple(names)))
         self.summaries = {name: Summary(name, gauge) for name in names}
 
     def __iter__(self) -> Iterator[Step]:
         """Yield the steps of all resolvers, tick by tick, in the order of the resolvers."""
-        given = self._judged, self._log
-        runs = {resolver.name: run(self.scenario, resolver, *given) for resolver in self.resolvers}
-        for _ in range(self.scenario.ticks):
-            steps = {}
+        runs = {resolver.name: run(self.scenario, resolver, *self._given) for resolver in self.resolvers}
+        while runs:
+            steps: dict[str, Step] = {}
             for name in list(runs):
                 try:
                     steps[name] = next(runs[name])
+                except StopIteration:
+                    del runs[name]
                 except (NotSolved, Infeasible) as error:
                     if len(self.resolvers) == 1:
                         raise

@@ -875,3 +875,10 @@ PLANTED_MULTIPLIER = 5e-9
 
 Smaller: fewer lies free a sign, since noise hides their multipliers. Larger: KKT residuals show the lie.
 """
+
+SAME_ROWS = 1e-9
+"""Difference of rows from those of a log, relative and absolute, up to which they are of the same scenario.
+
+Smaller: logs of another machine, whose rows differ by rounding, are not continued. Larger: a target or a gain
+that was changed by little is not noticed.
+"""

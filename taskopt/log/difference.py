@@ -109,8 +109,8 @@ def difference(
         )
     names = resolvers or (one.resolvers[0], other.resolvers[0])
     rows = one.rows(names[0]), other.rows(names[1])
-    count = min(map(len, rows))
-    logs, kept = (one, other), (rows[0][:count], rows[1][:count])
+    logs, kept = (one, other), _shared((one, other), rows)
+    count, numbers = len(kept[0]), one.array("tick")[kept[0]]
     with_q = all("q" in log.columns for log in logs)
     dv = _apart(logs, kept, "x")
     dq = _apart(logs, kept, "q") if with_q else np.zeros((count, 0))
@@ -122,10 +122,17 @@ def difference(
         () if first is None else tuple(_causes(logs, (int(kept[0][first]), int(kept[1][first])), tolerance))
     )
     return Difference(
-        count, first, 0.0 if first is None else float(times[first]), causes,
+        count, None if first is None else int(numbers[first]), 0.0 if first is None else float(times[first]),
+        causes,
         dq.max(axis=0, initial=0.0), dv.max(axis=0, initial=0.0), _when(times, dq), _when(times, dv),
         _named(one, "q") if with_q else (), _named(one, "x"), (len(rows[0]), len(rows[1])),
     )  # fmt: skip
+
+
+def _shared(logs: tuple[Log, Log], rows: tuple[IntArray, IntArray]) -> tuple[IntArray, IntArray]:
+    """Return the rows of the ticks that both logs have."""
+    a, b = (log.array("tick")[own] for log, own in zip(logs, rows, strict=True))
+    return rows[0][np.isin(a, b)], rows[1][np.isin(b, a)]
 
 
 def _apart(logs: tuple[Log, Log], rows: tuple[IntArray, IntArray], column: str) -> Array:

@@ -41,10 +41,13 @@ class LoggedLoop:
         log: The log, which was made with a description of this loop.
         description: That description.
         number: Number of the resolver, if the log has the ticks of several loops.
+        first: Number of the first tick, for loops that are not resolved in one compiled call.
     """
 
-    def __init__(self, loop: Loop, log: RawLog, description: Description, number: int = 0) -> None:
-        self._loop, self._log, self._number, self._index = loop, log, number, 0
+    def __init__(
+        self, loop: Loop, log: RawLog, description: Description, number: int = 0, first: int = 0
+    ) -> None:
+        self._loop, self._log, self._number, self._index = loop, log, number, first
         self._ticks = PlanTicks(loop.plan, description)
         history = loop.history
         self._quick = None if history is None else QuickCopy(log, self._ticks, history)

@@ -25,6 +25,7 @@ from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import CLOSED_FORM_INSIDE
 from taskopt.kinematics.collision.measure import Measured
 from taskopt.loop.loop import Loop
+from taskopt.loop.onward import LogStart, Moment
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Resolver
@@ -103,6 +104,7 @@ def run(
     resolver: str | Resolver = "active-set",
     judged: int = JUDGED,
     log: str | Path | RunLog | None = None,
+    start: LogStart | None = None,
 ) -> Iterator[Step]:
     """Resolve a scenario tick by tick, by steps on the manifold of the robot, see `taskopt.loop.run`.
 
@@ -113,6 +115,8 @@ def run(
             their KKT residuals are large are judged in any case.
         log: File to which all ticks are logged, see `open_log`, which is closed with the run; or a log that
             several runs share.
+        start: A moment of a log of this scenario, at which the run begins; None: at the start of the
+            scenario. The duration counts from that start in both cases.
 
     Yields:
         One step for each tick.
@@ -121,38 +125,44 @@ def run(
         NotSolved: The answer of a tick may not be sent to a robot; the error has the resolution.
         Infeasible: Hard limits contradict each other, and `scenario.on_conflict` is "raise".
         UnknownName: There is no resolver of that name.
+        InvalidValue: `start` is a moment of a log of another scenario, or at its end.
         LogFailed: The log cannot be written any more, as on a full disk.
     """
     resolver = as_resolver(resolver)
+    scenario = scenario if start is None else start.of(scenario)
     if isinstance(log, str | Path):
-        with RunLog(scenario, [resolver], log) as own:
-            yield from run(scenario, resolver, judged, own)
+        with RunLog(scenario, [resolver], log, start=start) as own:
+            yield from run(scenario, resolver, judged, own, start)
         return
-    plan = scenario.compile()
-    loop = Loop(plan, resolver, scenario.on_conflict, timed=True)
-    q = scenario.start.copy()
-    loop.start(q, 0.0)  # imports and compilation are nobody's solve time
-    tick = loop.tick if log is None else log.tick(loop)
+    loop = Loop(scenario.compile(), resolver, scenario.on_conflict, timed=True)
+    first, q, delay = _begun(scenario, loop, start)  # imports and compilation are nobody's solve time
+    tick = loop.tick if log is None else log.tick(loop, first)
     every = -(-scenario.ticks // max(1, judged))
-    for index in range(scenario.ticks):
-        t = index * scenario.dt
+    for index in range(first, scenario.ticks):
+        t = index * scenario.dt + delay
         resolution = tick(q, t)
-        step = _step(scenario, loop, resolution, index, q, judged=index % every == 0)
+        step = _step(loop, resolution, (index, t), q, judged=index % every == 0)
         yield step
         q = step.q_next
 
 
-def _step(
-    scenario: Scenario, loop: Loop, resolution: Resolution, index: int, q: Array, *, judged: bool
-) -> Step:
+def _begun(scenario: Scenario, loop: Loop, start: LogStart | None) -> Moment:
+    """Start a loop at the start of the scenario, or at a moment of a log."""
+    if start is not None:
+        return start.begin(loop)
+    loop.start(scenario.start, 0.0)
+    return Moment(0, scenario.start.copy(), 0.0)
+
+
+def _step(loop: Loop, resolution: Resolution, when: tuple[int, float], q: Array, *, judged: bool) -> Step:
     """Copy the results of a tick, and take the step."""
     plan, hierarchy, v = loop.plan, loop.plan.hierarchy.copy(), loop.plan.velocity.copy()
     poses = [(task.name, task.desired, task.actual) for task in plan.tasks]
     framed = [(name, x_d, x) for name, x_d, x in poses if x_d is not None and x is not None]
     return Step(
         resolver=loop.resolver.name,
-        index=index,
-        t=index * scenario.dt,
+        index=when[0],
+        t=when[1],
         q=q,
         q_next=plan.next_posture(q),
         v=v,

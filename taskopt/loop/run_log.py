@@ -13,6 +13,7 @@ from taskopt.log.raw import RawLog
 from taskopt.log.ring import End
 from taskopt.loop.logged import LoggedLoop
 from taskopt.loop.loop import Loop
+from taskopt.loop.onward import LogStart
 from taskopt.loop.scenario import Scenario
 from taskopt.resolver.base import Resolver
 
@@ -25,6 +26,7 @@ class RunLog:
         resolvers: All resolvers of the run.
         path: The file; one that exists is replaced.
         source: The file of the scenario, whose text is kept and never executed; None if it was made in code.
+        start: Moment of another log at which the run begins; None for the start of the scenario.
 
     Attributes:
         path: The file.
@@ -39,6 +41,7 @@ class RunLog:
         resolvers: Sequence[Resolver],
         path: str | Path,
         source: Path | None = None,
+        start: LogStart | None = None,
     ) -> None:
         require_first_order(scenario.stack.order, "a log of a run")
         loops = [Loop(scenario.compile(), r, scenario.on_conflict, timed=True) for r in resolvers]
@@ -49,21 +52,25 @@ class RunLog:
             "on_conflict": scenario.on_conflict,
             "git_commit": commit_of(source),
         }
+        if start is not None:
+            facts["from"] = start.facts
         self._description = description_of(loops[0].plan, resolvers, damped, facts)
         self._numbers = {resolver.name: number for number, resolver in enumerate(resolvers)}
         self._log = RawLog(path, self._description)
         self.path = self._log.path
 
-    def tick(self, loop: Loop) -> Callable[[Array, float], Resolution]:
+    def tick(self, loop: Loop, first: int = 0) -> Callable[[Array, float], Resolution]:
         """Return the tick of a loop that is logged, see `LoggedLoop.tick`.
 
         Args:
             loop: A loop of the scenario with one of the resolvers.
+            first: Number of its first tick.
 
         Returns:
             The function, of posture and time.
         """
-        return LoggedLoop(loop, self._log, self._description, self._numbers[loop.resolver.name]).tick
+        number = self._numbers[loop.resolver.name]
+        return LoggedLoop(loop, self._log, self._description, number, first).tick
 
     def close(self, why: str = "") -> None:
         """Wait until everything is in the file, and close it; closing twice does nothing.
