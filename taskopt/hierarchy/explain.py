@@ -28,6 +28,7 @@ _VERDICT = {
 _JUDGED = {
     Verdict.PROVEN: "proven",
     Verdict.PROVEN_IF: "undecided but for a condition",
+    Verdict.REFUTED_IF: "undecided, and not the optimum on a condition",
     Verdict.REFUTED: "refuted, it is not the optimum",
     Verdict.UNDECIDED: "undecided",
 }

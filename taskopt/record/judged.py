@@ -14,6 +14,7 @@ _TOLD = {  # verdicts of which the first tick is told, with their words
     Verdict.REFUTED: "refuted",
     Verdict.UNDECIDED: "undecided",
     Verdict.PROVEN_IF: "undecided but for a condition",
+    Verdict.REFUTED_IF: "undecided, and not the optimum on a condition",
 }
 
 

@@ -28,8 +28,8 @@ class TableSink:
     - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of the residuals of the task's rows.
     - position_violation [rad, m], velocity_violation [rad/s, m/s]: largest excess over a limit.
     - active: list of names of active bounds and inequalities; multiplier: list, one number for each of them.
-    - verdict: PROVEN, PROVEN_IF, REFUTED or UNDECIDED; error_bound: list (nv,) [rad/s, m/s], bounds on the
-      errors of v, inf where nothing is known; both are null at ticks that are not judged.
+    - verdict: PROVEN, PROVEN_IF, REFUTED, REFUTED_IF or UNDECIDED; error_bound: list (nv,) [rad/s, m/s],
+      bounds on the errors of v, inf where nothing is known; both are null at ticks that are not judged.
     - kkt_residual: the largest; iterations; seconds, build_seconds [s]: time of the resolver, and of
       kinematics and rows.
     - closed_form_distance [rad/s, m/s]: ‖v − v of the closed-form answer‖∞; causes: list of the reasons for

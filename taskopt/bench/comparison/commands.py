@@ -111,8 +111,8 @@ def report(
 
     Markdown with figures, one HTML page, Parquet and CSV.
     """
+    from taskopt.bench.comparison.findings import findings
     from taskopt.bench.comparison.results import read_results
-    from taskopt.bench.comparison.tables import findings
     from taskopt.errors import NotInstalled
 
     try:
@@ -120,8 +120,8 @@ def report(
     except ModuleNotFoundError as error:
         raise NotInstalled("Matplotlib, which draws the figures,", "'taskopt[figures]'") from error
     rows = read_results(folder)
-    for sentence in findings(rows):
-        typer.echo(sentence)
+    for question, answer in findings(rows):
+        typer.echo(f"{question}: {answer}")
     for path in write_report(rows, out or folder / "report"):
         typer.echo(f"wrote {path}")
 
@@ -135,8 +135,9 @@ def diff(
 
     On the answers that both have to the same problems.
     """
+    from taskopt.bench.comparison.difference import difference
     from taskopt.bench.comparison.results import read_results
-    from taskopt.bench.comparison.tables import difference, markdown
+    from taskopt.bench.comparison.tables import markdown
 
     for table in difference(read_results(first), read_results(second)):
         typer.echo(markdown(table))

@@ -5,6 +5,7 @@ from io import StringIO
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -82,7 +83,8 @@ def _drawn(name: str, caption: str, draw: Callable[[Axes], None]) -> Plot:
     axes.grid(visible=True, alpha=0.3)
     draw(axes)
     text = StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
+    with rc_context({"svg.hashsalt": name}):  # else every drawing has other names inside
+        figure.savefig(text, format="svg", metadata={"Date": None})
     return Plot(name, caption, text.getvalue())
 
 

@@ -5,10 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taskopt.arrays import Array
+from taskopt.arrays import Array, StateArray
 from taskopt.bench.exact import as_floats, exact_optimum
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof import Judge
+from taskopt.hierarchy.proof import UNDECIDED, Judge, Judgement, Verdict
+from taskopt.hierarchy.proof.prover import Prover
+from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.resolver.active_set.polish import polish
 from taskopt.resolver.infeasible import limits_agree
 from taskopt.resolver.registry import resolver
@@ -24,9 +27,11 @@ class Reference:
 
     Attributes:
         problem: The problem.
-        kind: "rational", "proof", "infeasible" if its hard limits contradict each other, or "none".
+        kind: "rational", "proof", "condition" if rows that depend on others up to rounding must depend on
+            them exactly, "infeasible" if its hard limits contradict each other, or "none".
         x: The optimum, (n,); NaN for "infeasible" and "none".
         error: Bound on the error of x, largest entry; inf for "none".
+        state: Active set with which x is proven, (n + M,); None for other kinds.
         judges: Judges by the numbers of the problem that they judge answers to; each keeps its proofs.
     """
 
@@ -34,21 +39,30 @@ class Reference:
     kind: str
     x: Array
     error: float
+    state: StateArray | None = None
     judges: dict[bytes, Judge] = field(default_factory=dict)
 
-    def judge(self, stated: Hierarchy) -> Judge:
-        """Return the judge of answers to the problem that a resolver states, another one for weights.
+    def judge(self, found: Resolution) -> Judgement:
+        """Judge an answer to the problem that its resolver states, another one for weights.
+
+        An answer that is far from the optimum suggests an active set that proves nothing. If it is an answer
+        to this very problem, the active set of the reference does.
 
         Args:
-            stated: The problem.
+            found: The answer.
 
         Returns:
-            The same judge for the same numbers.
+            The judgement.
         """
-        key = stated.buffer.tobytes()
+        key = found.problem.buffer.tobytes()
         if key not in self.judges:
-            self.judges[key] = Judge(stated)
-        return self.judges[key]
+            self.judges[key] = Judge(found.problem)
+        judge, x = self.judges[key], np.where(np.isnan(found.x), np.inf, found.x)
+        judgement = judge(x, found.state)
+        if judgement.verdict in UNDECIDED and key == self.problem.buffer.tobytes():
+            other = judge(x, self.state)
+            return judgement if other.verdict is Verdict.UNDECIDED else other
+        return judgement
 
     def distance(self, x: Array) -> float:
         """Return ‖x − x*‖∞ relative to max(1, ‖x*‖∞); inf if x is not finite, NaN if x* is not known.
@@ -81,20 +95,30 @@ def reference(problem: Hierarchy) -> Reference:
     if problem.n <= LARGEST_RATIONAL and problem.layout.row_count <= _MOST_ROWS and _short(problem):
         x = as_floats(exact_optimum(problem))
         return Reference(problem, "rational", x, float(np.spacing(np.abs(x)).max()))
-    for x, error in _proven(problem):
-        return Reference(problem, "proof", x, error)
-    return Reference(problem, "none", nothing, np.inf)
+    best = Reference(problem, "none", nothing, np.inf)
+    for one in _proven(problem):
+        if one.kind == "proof":
+            return one
+        best = one
+    return best
 
 
-def _proven(problem: Hierarchy) -> Iterator[tuple[Array, float]]:
-    """Yield proven answers with their bounds."""
-    judge = Judge(problem)
+def _proven(problem: Hierarchy) -> Iterator[Reference]:
+    """Yield optima that are enclosed, or are so on a condition.
+
+    x is the enclosure, rounded, and not the answer that led to it: no resolver is compared with itself.
+    """
+    prover = Prover(problem)
     for name in _CANDIDATES:
         found = polish(resolver(name)(problem)[0])
-        if np.isfinite(found.x).all():
-            judgement = judge(found.x, found.state)
-            if judgement.proven:
-                yield found.x, float(judgement.error_bound.max())
+        if not np.isfinite(found.x).all():
+            continue
+        for kind in ("proof", "condition"):
+            optimum = prover.improve(found.state, assume=kind == "condition")
+            if optimum.candidates:
+                x, error = optimum.x, float(optimum.distance(optimum.x).max())
+                if error <= ACCURACY:
+                    yield Reference(problem, kind, x, error, found.state)
 
 
 def _short(problem: Hierarchy) -> bool:

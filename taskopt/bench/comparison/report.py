@@ -5,10 +5,11 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
+from taskopt.bench.comparison.findings import findings, limits_of_comparison
 from taskopt.bench.comparison.latex import write_tables
 from taskopt.bench.comparison.plots import Plot, plots
 from taskopt.bench.comparison.results import Results
-from taskopt.bench.comparison.tables import Table, findings, limits_of_comparison, markdown, tables
+from taskopt.bench.comparison.tables import Table, long_tables, markdown, short_tables
 from taskopt.bench.comparison.trial import ROW
 from taskopt.record.columns import write_parquet
 
@@ -49,52 +50,66 @@ def write_report(rows: Results, folder: Path) -> list[Path]:
 
     Args:
         rows: All rows.
-        folder: Folder for `benchmark.md` with its figures, `benchmark.html`, `rows.parquet` and `rows.csv`,
-            and the tables as `tables.tex` and in the folder `tables`; it is made if it is not there.
+        folder: Folder for `benchmark.md` with its figures and `benchmark_sets.md` with the long tables,
+            `benchmark.html`, which has both, `benchmark_rows.parquet` and `rows.csv`, and the tables as
+            `tables.tex` and in the folder `tables`; it is made if it is not there.
 
     Returns:
         The files that were written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    drawn, made = [*plots(rows)], [*tables(rows)]
+    drawn, short, long = [*plots(rows)], [*short_tables(rows)], [*long_tables(rows)]
+    made = [*short, *long]
     texts = {
-        "benchmark.md": "\n".join(_markdown(rows, made, drawn)) + "\n",
+        "benchmark.md": "\n".join(_markdown(rows, short, drawn)) + "\n",
+        "benchmark_sets.md": "\n".join(_sets(long)) + "\n",
         "benchmark.html": "\n".join(_page(rows, made, drawn)) + "\n",
         **{f"benchmark_{plot.name}.svg": plot.svg for plot in drawn},
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    write_parquet(folder / "rows.parquet", rows.columns)
+    write_parquet(folder / "benchmark_rows.parquet", rows.columns)
     _write_csv(folder / "rows.csv", rows)
     tables_text = write_tables(folder, made)[0]
-    return [*(folder / name for name in (*texts, "rows.parquet", "rows.csv")), tables_text]
+    return [*(folder / name for name in (*texts, "benchmark_rows.parquet", "rows.csv")), tables_text]
 
 
 def _markdown(rows: Results, made: Sequence[Table], drawn: Sequence[Plot]) -> Iterator[str]:
-    """Yield the lines of the report in Markdown."""
-    yield f"# {TITLE}"
-    yield ""
-    yield from _conditions(rows)
-    yield "\n## What it shows\n"
-    yield from (f"- {sentence}" for sentence in findings(rows))
-    yield "\n## Figures\n"
+    """Yield the lines of the report in Markdown: answers first, then what they rest on."""
+    yield f"# {TITLE}\n"
+    yield from (f"- **{question}:** {answer}" for question, answer in findings(rows))
+    yield from (f"\n{paragraph}" for paragraph in _conditions(rows))
+    yield (
+        "\nTo look further: [all figures of every resolver on every set](benchmark_sets.md), "
+        "[all rows](benchmark_rows.parquet), [what is asked and judged](comparison.md)."
+    )
+    yield "\n## Tables\n"
+    yield from map(markdown, made[:2])
+    yield "## Figures\n"
     for plot in drawn:
         yield f"![{plot.name}](benchmark_{plot.name}.svg)\n\n{plot.caption}\n"
-    yield "## Tables\n"
-    yield from map(markdown, made)
     yield "## Limits of this comparison\n"
     yield from (f"- {sentence}" for sentence in limits_of_comparison(rows))
-    yield "\n## Columns of the rows\n"
+    yield "\n## What was compared\n"
+    yield from map(markdown, made[2:])
+    yield "## Columns of the rows\n"
     yield from (f"- `{name}`: {meaning}" for name, meaning in ROW.items())
+
+
+def _sets(made: Sequence[Table]) -> Iterator[str]:
+    """Yield the lines of the page with all figures in Markdown."""
+    yield f"# {TITLE}: all figures\n"
+    yield "[The comparison](benchmark.md) says what these tables rest on, and what they do not show.\n"
+    yield "## Tables\n"
+    yield from map(markdown, made)
 
 
 def _page(rows: Results, made: Sequence[Table], drawn: Sequence[Plot]) -> Iterator[str]:
     """Yield the lines of the page."""
     yield f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{TITLE}</title>'
     yield f"<style>{_STYLE}</style></head><body><h1>{TITLE}</h1>"
-    yield from (f"<p>{escape(line)}</p>" for line in _conditions(rows))
-    yield "<h2>What it shows</h2>"
-    yield _list(findings(rows))
+    yield _list(f"{question}: {answer}".replace("`", "") for question, answer in findings(rows))
+    yield from (f"<p>{escape(line)}</p>".replace("`", "") for line in _conditions(rows))
     yield "<h2>Figures</h2>"
     for plot in drawn:
         picture = plot.svg[plot.svg.index("<svg") :]
@@ -108,14 +123,19 @@ def _page(rows: Results, made: Sequence[Table], drawn: Sequence[Plot]) -> Iterat
 
 
 def _conditions(rows: Results) -> Iterator[str]:
-    """Yield sentences on what was run."""
+    """Yield paragraphs on what was run, and on names that every table has."""
     of = rows.conditions
-    settings = "; ".join(f"{name}: {about}" for name, about in of["settings"].items())
     yield (
         f"{len(rows)} answers of {len(rows.names('resolver'))} resolvers to {len(rows.names('set'))} sets of "
         f"problems, on {of['machine']['cpu']}, taskopt {of['versions'].get('taskopt', '?')}, Python "
-        f"{of['versions']['python']}; one thread, deadline {of['deadline']:g} s an answer. Settings: "
-        f"{settings} `taskopt bench run` and `taskopt bench report` make this page again."
+        f"{of['versions']['python']}; one thread, deadline {of['deadline']:g} s an answer. "
+        "`taskopt bench run` and `taskopt bench report` make this page again."
+    )
+    yield (
+        "`active-set` is the method of this library. `hqp/X` hands the levels to the solver X one after the "
+        "other, `wqp/X` all of them at once as a weighted sum, which is another problem. `pinv` is the "
+        "closed form, without limits. "
+        + " ".join(f"`{name}`: {about}" for name, about in of["settings"].items())
     )
 
 

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from taskopt.arrays import Array, Mask
 from taskopt.bench.comparison.campaign import FILE
-from taskopt.bench.comparison.trial import BLANK, CONDITIONAL, PROVEN, REFUTED, UNKNOWN
+from taskopt.bench.comparison.trial import BLANK, PROVEN, PROVEN_IF, REFUTED, REFUTED_IF, UNKNOWN
 from taskopt.bench.rows_file import whole_entries
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.hierarchy.tolerances import ACCURACY
 
 PLACE = ("set", "sequence", "resolver", "setting")
 SHIFT = 10e-6  # [s] of the geometric mean, so that answers of a microsecond do not decide it
+KNOWN = ["rational", "proof", "condition"]  # kinds of references that have an optimum
 PERIOD = 1e-3  # [s] the period of a loop at 1 kHz
 _WORDS = (*PLACE, "status", "verdict", "reference", "fallback", "note")
 
@@ -130,11 +131,13 @@ class Figures:
         answers: Number of problems that it was given.
         claimed: Share of those for which it claims something.
         proven: Share whose claim is proven.
-        conditional: Share whose claim is proven, provided that rows that depend on others up to rounding
+        proven_if: Share whose claim is proven, provided that rows that depend on others up to rounding
             depend on them exactly.
         undecided: Share whose claim is undecided.
         refuted: Share whose claim is refuted.
-        right: Share of the answers within 1e-8 of the exact strict optimum, among those where it is known.
+        refuted_if: Share whose claim is refuted on the same condition.
+        right: Share of the answers within 1e-8 of the exact strict optimum, among those where it is known, or
+            is on that condition.
         distance: Median, 95th percentile and largest distance from it, among the same.
         cpu: Processor time, p50, p95 and p99 [s].
         mean: Shifted geometric mean of the processor time [s].
@@ -149,9 +152,10 @@ class Figures:
     answers: int
     claimed: float
     proven: float
-    conditional: float
+    proven_if: float
     undecided: float
     refuted: float
+    refuted_if: float
     right: float
     distance: tuple[float, float, float]
     cpu: tuple[float, float, float]
@@ -173,7 +177,7 @@ def figures(rows: Results) -> Figures:
     """
     of = rows.columns
     verdict, distance, cpu, wall = of["verdict"], of["distance"], of["cpu"], of["wall"]
-    known = np.isin(of["reference"], ["rational", "proof"])
+    known = np.isin(of["reference"], KNOWN)
     off = np.where(np.isnan(distance[known]), np.inf, distance[known])
     ran = np.isfinite(cpu)
     return Figures(
@@ -182,9 +186,10 @@ def figures(rows: Results) -> Figures:
         answers=len(rows),
         claimed=float(np.mean(of["claimed"])),
         proven=float(np.mean(verdict == PROVEN)),
-        conditional=float(np.mean(verdict == CONDITIONAL)),
+        proven_if=float(np.mean(verdict == PROVEN_IF)),
         undecided=float(np.mean(verdict == UNKNOWN)),
         refuted=float(np.mean(verdict == REFUTED)),
+        refuted_if=float(np.mean(verdict == REFUTED_IF)),
         right=float(np.mean(off <= ACCURACY)) if known.any() else np.nan,
         distance=_three(off, (50, 95, 100)),
         cpu=_three(cpu[ran], (50, 95, 99)),

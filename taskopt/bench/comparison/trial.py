@@ -28,12 +28,13 @@ Row = dict[str, Value]
 
 REPEATED = 0.02  # [s] an answer that takes longer is timed once only
 PROVEN, REFUTED, UNKNOWN, NO_CLAIM = "proven", "refuted", "undecided", "no claim"
-CONDITIONAL = "on condition"
+PROVEN_IF, REFUTED_IF = "proven if", "refuted if"  # on the condition that `ROW` states
 
 _WORDS = {
     Verdict.PROVEN: PROVEN,
-    Verdict.PROVEN_IF: CONDITIONAL,
+    Verdict.PROVEN_IF: PROVEN_IF,
     Verdict.REFUTED: REFUTED,
+    Verdict.REFUTED_IF: REFUTED_IF,
     Verdict.UNDECIDED: UNKNOWN,
 }
 
@@ -139,13 +140,14 @@ ROW = {
     "status": "claim of the resolver; REFUSED if it raised an error, which `note` has; CRASHED or DEADLINE "
     "if its process died or had to be ended; NOT RUN after that",
     "claimed": "True if it claims the optimum, or rightly or wrongly that there is none",
-    "verdict": "of its claim, by our judge: proven, refuted or undecided; on condition if it is "
-    "proven provided that rows that depend on others up to rounding depend on them exactly; no claim if it "
-    "claims nothing",
+    "verdict": "of its claim, by our judge: proven, refuted or undecided; proven if, refuted if: it is, "
+    "provided that rows that depend on others up to rounding depend on them exactly; no claim if it claims "
+    "nothing",
     "error_bound": "bound on the error of x where one is known, largest entry",
     "distance": "‖x − x*‖∞ / max(1, ‖x*‖∞) from the exact strict optimum x*, also for resolvers that promise "
     "no strict levels; NaN if x* is not known or does not exist",
-    "reference": "where x* comes from: rational, proof, infeasible or none",
+    "reference": "where x* comes from: rational; proof; condition, a proof on the condition of `verdict`; "
+    "infeasible, there is none; none, it is not known",
     "regret": "regret of the first level that is worse than at x* by more than 1e-8, else 0",
     "level": "number of that level, 0 if there is none",
     "outside": "largest violation of a bound or a hard row",
@@ -192,7 +194,7 @@ def _verdict(found: Resolution, known: Reference) -> Row:
         return {"claimed": found.claimed or denies, "verdict": PROVEN if denies else _refuted(found.claimed)}
     if denies or not found.claimed:
         return {"claimed": denies, "verdict": _refuted(denies)}
-    judgement = known.judge(found.problem)(np.where(np.isnan(found.x), np.inf, found.x), found.state)
+    judgement = known.judge(found)
     return {"verdict": _WORDS[judgement.verdict], "error_bound": float(judgement.error_bound.max())}
 
 

@@ -13,10 +13,11 @@ class Verdict(Enum):
     PROVEN_IF = "it is, if rows that depend on others up to rounding depend on them exactly"
     REFUTED = "some entry is certainly further from the exact optimum"
     UNDECIDED = "double precision cannot tell"
+    REFUTED_IF = "some entry is further from it, if rows that depend on others up to rounding depend exactly"
 
 
-UNDECIDED = (Verdict.UNDECIDED, Verdict.PROVEN_IF)
-"""Verdicts that count as undecided: what is proven on a condition is not proven."""
+UNDECIDED = (Verdict.UNDECIDED, Verdict.PROVEN_IF, Verdict.REFUTED_IF)
+"""Verdicts that count as undecided: what holds on a condition is neither proven nor refuted."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,6 +105,9 @@ def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: flo
     if judgement.verdict is Verdict.REFUTED and assumed.verdict is Verdict.REFUTED:
         return judgement
     names = ", ".join(exact.doubtful)
+    if judgement.verdict is Verdict.UNDECIDED and assumed.verdict is Verdict.REFUTED:
+        reason = f"{assumed.reason[:-1]}, if these depend on those before them: {names}."
+        return Judgement(judgement.error_bound, Verdict.REFUTED_IF, exact.doubtful, reason)
     reason = f"Rounding decides whether these depend on those before them: {names}."
     return Judgement(judgement.error_bound, Verdict.UNDECIDED, exact.doubtful, reason)
 

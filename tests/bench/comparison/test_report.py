@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from taskopt.bench.comparison.campaign import FILE
+from taskopt.bench.comparison.difference import difference
+from taskopt.bench.comparison.findings import findings
 from taskopt.bench.comparison.report import write_report
 from taskopt.bench.comparison.results import (
     SHIFT,
@@ -19,7 +21,7 @@ from taskopt.bench.comparison.results import (
     read_results,
     shifted_mean,
 )
-from taskopt.bench.comparison.tables import difference, findings, markdown, tables
+from taskopt.bench.comparison.tables import long_tables, markdown, short_tables
 from taskopt.bench.comparison.trial import BLANK
 from taskopt.errors import InvalidValue, MissingFile
 from taskopt.record.columns import read_parquet
@@ -77,7 +79,7 @@ def test_shares_are_counted(tmp_path: Path) -> None:
     assert found["pinv"].claimed == 0.0
     assert found["pinv"].distance[2] == np.inf
     hard = figures(read_results(tmp_path).where(set="hard"))
-    assert hard.conditional == 0.0
+    assert hard.proven_if == hard.refuted_if == 0.0
     assert (hard.undecided, hard.failed, hard.right) == (0.5, 1, 0.0)
     assert hard.missed == 1.0
 
@@ -101,21 +103,52 @@ def test_profiles_count_proven_answers_only(tmp_path: Path) -> None:
 def test_findings_name_what_the_rows_show(tmp_path: Path) -> None:
     """Most accurate, quickest, who claims what is refuted, where the closed form suffices."""
     weights = [row("proven", 1e-2, 1e-7)] * 2  # of its own problem, and far from the strict optimum
-    text = "\n".join(findings(write(tmp_path, CELLS | {("easy", "wqp/x"): weights})))
-    assert "right in as many: active-set cold (largest 1.0e-12)." in text
-    assert "Quickest cold among the same, by the mean of the processor time: active-set (" in text
-    assert "wqp/x" not in text
-    assert "hqp/x cold (50 %)" in text
-    assert "in a part of: easy 50 %" in text
-    assert "at most 50 % of the answers to a set (hard)" in text
+    found = dict(findings(write(tmp_path, CELLS | {("easy", "wqp/x"): weights})))
+    assert "`active-set cold`: none of 2 answers is further than 1.0e-12" in found["Most accurate"]
+    assert found["Quickest cold"].startswith("`active-set`: 21.6 µs")
+    assert found["Quickest warm"].startswith("None that is right")
+    assert "Otherwise: hqp/x (50 %)." in found["Claim what they do not reach"]
+    assert "in a part of: easy (50 %)" in found["The closed form suffices"]
+    assert "at most 50 % of the answers to a set (hard)" in found["Undecided"]
+    assert "wqp/x" not in "".join(found.values())
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"), [("warm", "hqp/x"), ("defaults", "by default: liar (100 %). Otherwise: none.")]
+)
+def test_other_settings_are_told_apart(tmp_path: Path, setting: str, words: str) -> None:
+    """The quickest warm one, and claims at default tolerances, have sentences of their own."""
+    name, verdict = ("hqp/x", "proven") if setting == "warm" else ("liar", "refuted")
+    rows = write(tmp_path, {("easy", "active-set"): CELLS["easy", "active-set"]})
+    other = write(tmp_path, {("easy", name): [row(verdict, 0.0, 2e-5)] * 2})
+    columns = {key: np.concatenate([rows.columns[key], other.columns[key]]) for key in rows.columns}
+    columns["setting"] = np.array(["cold"] * 2 + [setting] * 2, dtype=object)
+    found = "\n".join(answer for _, answer in findings(Results(rows.conditions, columns)))
+    assert words in found
+
+
+def test_a_reader_finds_the_answers_on_the_first_screen(tmp_path: Path) -> None:
+    """Every question and its answer stand in the first ten lines; then resolvers and sets, a line each."""
+    rows = write(tmp_path / "rows", CELLS)
+    write_report(rows, tmp_path / "report")
+    screen = (tmp_path / "report" / "benchmark.md").read_text().splitlines()[:10]
+    for question, answer in findings(rows):
+        assert f"- **{question}:** {answer}" in screen
+    summary, by_set, *_ = short_tables(rows)
+    assert [line[:3] for line in summary.rows] == [
+        ("active-set", "cold", "100 %"),
+        ("pinv", "cold", "50 %"),
+        ("hqp/x", "cold", "50 %"),
+    ]
+    assert by_set.rows[0][:5] == ("easy", "2", "50 %", "1 of 3", "active-set, 21.6 µs")
 
 
 def test_a_report_has_every_row(tmp_path: Path) -> None:
     """Markdown, page, Parquet and CSV agree with the rows, and no page loads anything from elsewhere."""
     rows = write(tmp_path / "rows", CELLS)
     files = {path.name: path for path in write_report(rows, tmp_path / "report")}
-    assert {"benchmark.md", "benchmark.html", "rows.parquet", "rows.csv"} <= files.keys()
-    kept = read_parquet(files["rows.parquet"])
+    assert {"benchmark.md", "benchmark_sets.md", "benchmark.html", "rows.csv"} <= files.keys()
+    kept = read_parquet(files["benchmark_rows.parquet"])
     np.testing.assert_array_equal(kept["distance"], rows.columns["distance"])
     assert kept["resolver"].tolist() == rows.columns["resolver"].tolist()
     with files["rows.csv"].open(newline="") as file:
@@ -126,7 +159,11 @@ def test_a_report_has_every_row(tmp_path: Path) -> None:
     assert page.count("<svg") >= 3
     text = files["benchmark.md"].read_text()
     assert all(name in text for name in ("hqp/x", "gurobi", "pip install gurobipy", "easy"))
-    for table in tables(rows):
+    for table in short_tables(rows):
+        assert all(len(line) == len(table.heading) for line in table.rows)
+        assert markdown(table) in text
+    text = files["benchmark_sets.md"].read_text()
+    for table in long_tables(rows):
         assert all(len(line) == len(table.heading) for line in table.rows)
         assert markdown(table) in text
 
@@ -154,3 +191,13 @@ def test_files_that_are_no_comparison_are_refused(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text('{"a": 1}\n')
     with pytest.raises(InvalidValue, match="not the file of a comparison: KeyError"):
         read_results(tmp_path)
+
+
+def test_a_report_of_the_same_rows_is_the_same(tmp_path: Path) -> None:
+    """Every text and drawing to the last letter, so that a difference between two reports means something."""
+    rows = write(tmp_path / "rows", CELLS)
+    one, other = (write_report(rows, tmp_path / name) for name in ("one", "other"))
+    texts = [path for path in one if path.suffix in (".md", ".svg", ".html", ".csv", ".tex")]
+    assert len(texts) >= 7
+    for path in texts:
+        assert path.read_bytes() == other[one.index(path)].read_bytes()

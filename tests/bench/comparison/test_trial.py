@@ -13,6 +13,7 @@ from taskopt.bench.comparison.trial import BLANK, ROW, SETTINGS, resolver_in, tr
 from taskopt.bench.comparison.worker import Bank, Cell, answers
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
+from taskopt.hierarchy.proof import Verdict, judge
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.resolver.base import Memory, answered
@@ -156,7 +157,9 @@ def test_what_is_proven_on_a_condition_is_told_from_what_is_undecided() -> None:
     near = J * (1.0 + 2.0**-52)
     problem = Hierarchy([Level(J, [1.0]), Level(near, [1.5])])
     rows = [*trial([reference(problem)], resolver("active-set"), SETTINGS["cold"], repeats=1)]
-    assert [row["verdict"] for row in rows] == ["on condition"]
+    assert [row["verdict"] for row in rows] == ["proven if"]
+    assert (rows[0]["reference"], rows[0]["distance"]) == ("condition", pytest.approx(0.0, abs=1e-15))
+    assert [row["verdict"] for row in told(Liar(1e-3), [reference(problem)])] == ["refuted if"]
     exact = Hierarchy([Level(J, [1.0]), Level(J, [1.5])])
     rows = [*trial([reference(exact)], resolver("active-set"), SETTINGS["cold"], repeats=1)]
     assert [row["verdict"] for row in rows] == ["proven"]
@@ -168,3 +171,24 @@ def test_time_inside_a_solver_is_a_part_of_the_time_around_it() -> None:
     (own,), (other,) = ([*trial(known, resolver(name), COLD)] for name in ("active-set", "hqp/daqp"))
     assert own["inside"] == 0.0
     assert 0.0 < float(other["inside"]) < float(other["wall"])
+
+
+def test_an_answer_that_suggests_nothing_is_judged_by_the_optimum() -> None:
+    """Far from the optimum, an answer and its active set prove nothing; the reference's active set does."""
+    (known,) = [reference(problem_set("random-20").sequences[0].problems[0])]
+    assert known.kind == "proof"
+    found = resolver("active-set")(known.problem)[0]
+    lie = found.x + 2e-3 * np.random.default_rng(1).standard_normal(known.problem.n)
+    state = np.zeros_like(found.state)
+    assert judge(known.problem, lie, state).verdict is Verdict.UNDECIDED
+    wrong = answered(known.problem, lie, found.multipliers, state, Status.SOLVED)[0]
+    assert known.judge(wrong).verdict is Verdict.REFUTED
+    assert known.judge(found).proven
+
+
+def test_no_resolver_is_compared_with_itself() -> None:
+    """The reference is the rounded enclosure: it is not always the very answer that led to it."""
+    known = [reference(problem) for problem in problem_set("random-20").sequences[0].problems]
+    rows = told(resolver("active-set"), known)
+    assert all(one.error < 1e-13 for one in known)
+    assert 0.0 < max(row["distance"] for row in rows) < 1e-12

@@ -110,6 +110,18 @@ def test_a_row_that_depends_up_to_rounding_is_named() -> None:
     assert judge(hierarchy, [0.0, 1.0]).verdict is Verdict.REFUTED
 
 
+def test_what_is_wrong_on_the_condition_only_is_said_to_be_so() -> None:
+    """Double precision cannot carry two rows that differ in the last digit; without the difference it can."""
+    J = np.array([[0.1, 0.2, 0.3]])
+    hierarchy = Hierarchy([Level(J, [1.0]), Level(J * (1.0 + 2.0**-52), [1.5])])
+    x = lexicographic_optimum(Hierarchy([Level(J, [1.0])]))
+    assert judge(hierarchy, x).verdict is Verdict.PROVEN_IF
+    judgement = judge(hierarchy, x + [1e-3, 0.0, 0.0])
+    assert judgement.verdict is Verdict.REFUTED_IF
+    assert judgement.rows == ("level 2/row 0",)
+    assert "Entry 0 is 0.001 away from the exact optimum, if these depend" in judgement.reason
+
+
 def test_hard_rows_that_agree_up_to_rounding_are_a_condition_too() -> None:
     """Two hard equalities are the same but for rounding, which alone decides where they cross."""
     limits = Level([[1.0, 0.3], [1.0, 0.3 + 1e-16]], [1.0, 1.0])
