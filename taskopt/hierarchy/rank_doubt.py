@@ -9,8 +9,8 @@ the scale of the rows C that are held. The weights of a level are divided by the
 rows without weights, whose σ are no larger.
 
 Two bounds of ε² are taken, and the smaller counts. The first is Δt R ‖b‖. The second is for answers x that
-meet their levels: with b = J x + r, the part of b in directions with σ < ε is at most ε ‖x‖ + ‖r‖, hence
-ε² ≤ a ε + c with a = Δt R ‖x‖ and c = Δt R ‖r‖.
+meet their levels: with b = J x + r, and ε² σ/(σ² + ε²) ≤ ε/2, the part of b that damping ε leaves is at most
+½ ε ‖x‖ + ‖r‖, hence ε² ≤ a ε + c with a = ½ Δt R ‖x‖ and c = Δt R ‖r‖.
 
 A factorisation serves many ticks: σ_min of B is at least s = 1/‖L⁻¹‖ of that tick (Frobenius norm, with
 L Lᵀ = B Bᵀ) less the norm of the change of B since. What a new factorisation would decide stays the same.
@@ -187,7 +187,7 @@ def _largest_threshold(
                 slip += slips[i]
             else:
                 little += asks[i]
-    slip = dt * np.sqrt(slip * np.dot(x, x))
+    slip = 0.5 * dt * np.sqrt(slip * np.dot(x, x))
     left = dt * (missed + little)
     return last, lever, min(dt * asked, 0.25 * (slip + np.sqrt(slip**2 + 4.0 * left)) ** 2)
 

@@ -5,12 +5,14 @@ free joints can do: their Jacobian has lost rank. Without damping, a level that 
 there only where σ² is larger than about Δt times the second derivative of the task along v times what remains
 of b. Else each tick, although it is optimal, throws the arm back and forth for ever. Damping of
 
-    k_i² = max(0, ε² − σ_i²),    ε² = Δt Σ_g R_g ‖r_g(ε)‖,    r(ε) = b − Σ_i min(1, σ_i²/ε²) u_i u_iᵀ b
+    k_i² = max(0, ε² − σ_i²),    ε² = Δt Σ_g R_g ‖r_g(ε)‖,    r(ε) = b − Σ_i σ_i²/(σ_i² + ε²) u_i u_iᵀ b
 
 in the direction v_i makes the step stable, whatever gain and Δt are. σ_i, u_i and v_i are the singular values
 and vectors of the rows √w A, restricted to what is free: joints that a limit on positions holds are not, and
-neither are directions that hard rows or levels before decide. r(ε) is the part of b that the damped level
-cannot meet, so that nothing is damped where a level can be met. The largest ε is taken. The groups g are the
+neither are directions that hard rows or levels before decide. r(ε) is the part of b that the level could not
+meet with damping ε in all directions, so that nothing is damped where a level can be met. The largest ε is
+taken. Where b has a part in one direction only, ε² + σ² = Δt R |uᵀb|: damping begins with k = 0 where σ² is
+half of that, which is where undamped steps begin to throw the arm back and forth. The groups g are the
 rows of one task and unit; R_g, the largest norm of a column of the group, is the lever arm of a joint on the
 group and bounds its second derivative.
 
@@ -59,25 +61,30 @@ def damped_directions(
     if m == 0 or f == 0 or levers.max() == 0.0:
         return 0.0, 0.0, 0
     U, sigma, Vt = singular_values(_turned(A, free))
+    weak = sigma.size - taken  # the first of them may be damped
+    if weak <= 0:
+        return 0.0, 0.0, 0
+    least = max(REST_LEAST, sigma[weak - 1] ** 2)
     inside, left = np.zeros(sigma.size), b.copy()
     for a in range(sigma.size):
         for i in range(m):
             inside[a] += U[i, a] * b[i]
     limit, lower = dt * _weighed(left, group, levers), 0.0
     for _ in range(_ROUNDS):
-        if limit < REST_LEAST:
+        if limit <= least:
             return 0.0, 0.0, 0
         for i in range(m):
             left[i] = b[i]
             for a in range(sigma.size):
-                left[i] -= U[i, a] * (min(1.0, sigma[a] * sigma[a] / limit) * inside[a])
+                square = sigma[a] * sigma[a]
+                left[i] -= U[i, a] * (square / (square + limit) * inside[a])
         lower = dt * _weighed(left, group, levers)
         found = lower > (1.0 - THRESHOLD_FOUND) * limit
         limit = lower
         if found:
             break
     count, weakest = 0, 0.0
-    for a in range(sigma.size - taken):
+    for a in range(weak):
         square = sigma[a] * sigma[a]
         if limit >= REST_LEAST and square < limit:
             _turn_back(Vt, a, free, np.sqrt(limit - square), rows[count])

@@ -75,7 +75,7 @@ def bent_directions(
         found, limit = lower > (1.0 - THRESHOLD_FOUND) * limit, lower
         if found:
             break
-        left = b - U[:, :count] @ (np.minimum(1.0, sigma**2 / limit) * (U.T @ b)[:count])
+        left = b - U[:, :count] @ (sigma**2 / (sigma**2 + limit) * (U.T @ b)[:count])
     weak = sigma[: count - taken] ** 2 < limit
     if not weak.any():
         return nothing

@@ -6,7 +6,8 @@
 The first solve says which limits hold the robot. The undamped answer cannot: where a level has lost its rank,
 the active set of that answer is full of limits on velocity. Limits that do not depend on the posture are
 never taken to hold a joint, since they stop no robot at rest. If the undamped answer leaves nothing to damp,
-the answer of the tick before is asked: else single undamped ticks throw a robot that rests.
+the answer of the tick before is asked, and then the undamped answer without the limits that are near it only:
+else single undamped ticks throw a robot that rests.
 """
 
 import numpy as np
@@ -99,24 +100,26 @@ class Rest:
         if undamped.claimed:
             x, state[:n] = undamped.x, undamped.state[:n]
             state[n + self._own] = undamped.state[n:]
-        self._held[:] = _NO_CALL_BEFORE
-        found = self._damp_free(x, state, _LEAST_SPEED)
+        found = self._damp_anew(x, state, _LEAST_SPEED)
         if not found and self.last is not None:
-            self._held[:] = _NO_CALL_BEFORE
-            found = self._damp_free(*self.last, _ACTIVE_ONLY)
+            found = self._damp_anew(*self.last, _ACTIVE_ONLY) or self._damp_anew(x, state, _ACTIVE_ONLY)
         self.last = None
         if not found:
             return undamped
         self._damp_all()
-        damped = self._until_same(state)
+        damped = self._until_same(state, x)
         if damped is None or not damped.claimed:
             return undamped
         self.ticks += 1
         self.last = damped.x, damped.state
         return damped.damped_from(undamped)
 
-    def _until_same(self, state: StateArray) -> Resolution | None:
-        """Solve, and damp what is free at the answer, until that is the same; None if nothing is damped."""
+    def _until_same(self, state: StateArray, x: Array) -> Resolution | None:
+        """Solve, and damp what is free at the answer, until that is the same; None if nothing is damped.
+
+        A joint that is held at the damped answer may be free at the undamped one, (`x`, `state`), which then
+        needs the damping that the former does not: the damped answer stays.
+        """
         self.memory = Memory(state)
         resolution, memory = self._resolver(self._hierarchy, self.memory)
         self._held[:] = _NO_CALL_BEFORE
@@ -127,7 +130,7 @@ class Rest:
             if found == SAME:
                 return resolution
             if not found:
-                return None
+                return resolution if self._damp_anew(x, state, _ACTIVE_ONLY) else None
             self.memory = memory
             resolution, memory = self._resolver(self._hierarchy, memory)
         return resolution
@@ -135,6 +138,11 @@ class Rest:
     def _damp_all(self) -> None:
         """Damp all unknowns that move a level of those that are damped, see `damp_all`."""
         damp_all(self._numbers, self._arrangement, self._thresholds)
+
+    def _damp_anew(self, x: Array, state: StateArray, speed: float) -> int:
+        """Damp what is free at an answer, whatever held at the last call."""
+        self._held[:] = _NO_CALL_BEFORE
+        return self._damp_free(x, state, speed)
 
     def _damp_free(self, x: Array, state: StateArray, speed: float) -> int:
         """Damp what is free at an answer, see `damp_free`."""

@@ -42,7 +42,7 @@ def directions(
     for _ in range(ROUNDS):
         if limit < LEAST:
             return none
-        last, limit = limit, threshold(b - U @ (np.minimum(1.0, sigma**2 / limit) * (U.T @ b)))
+        last, limit = limit, threshold(b - U @ (sigma**2 / (sigma**2 + limit) * (U.T @ b)))
         if limit > (1.0 - FOUND) * last:
             break
     size = float(np.linalg.norm(A))

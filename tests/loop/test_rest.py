@@ -243,11 +243,11 @@ def test_an_arm_rests_at_random_poses_in_and_out_of_reach(seed: int) -> None:
 # --- The formulas -----------------------------------------------------------------------------------------
 
 
-def by_definition(A: np.ndarray, b: np.ndarray, dt: float, damped: np.ndarray) -> tuple[float, float]:
-    """ε² of what the damped level leaves, by least squares; R is the largest column."""
-    stacked = np.vstack([A, damped])
-    x = lsq_linear(stacked, np.r_[b, np.zeros(len(damped))]).x
-    return dt * np.linalg.norm(A, axis=0).max() * np.linalg.norm(b - A @ x), float(np.linalg.norm(x))
+def by_definition(A: np.ndarray, b: np.ndarray, dt: float, threshold: float) -> float:
+    """ε² of what damping ε in all directions leaves, by least squares; R is the largest column."""
+    stacked = np.vstack([A, np.sqrt(threshold) * np.eye(A.shape[1])])
+    x = lsq_linear(stacked, np.r_[b, np.zeros(A.shape[1])]).x
+    return dt * float(np.linalg.norm(A, axis=0).max() * np.linalg.norm(b - A @ x))
 
 
 def found_directions(A: Array, b: Array, free: Array, dt: float = DT) -> tuple[float, float, Array]:
@@ -260,17 +260,26 @@ def found_directions(A: Array, b: Array, free: Array, dt: float = DT) -> tuple[f
 
 @pytest.mark.parametrize("seed", range(8))
 def test_the_threshold_is_that_of_the_residual_it_leaves(seed: int) -> None:
-    """ε² = Δt R ‖b − A x‖ at the damped least squares x, and the damped rows have singular values of ε."""
+    """ε² = Δt R ‖b − A x‖ at the least squares x with ε I, and the damped rows have singular values of ε."""
     rng = np.random.default_rng(seed)
     U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
     A, b = U @ np.diag([1.0, 0.5, 10.0 ** -rng.uniform(2.0, 4.0)]) @ Vt, rng.standard_normal(3)
     threshold, gate, damped = found_directions(A, b, np.eye(6))
     assert threshold > 0.0
     assert 0.0 < gate <= 1.0
-    residual, _ = by_definition(A, b, DT, damped)
-    assert threshold == pytest.approx(residual, rel=5e-3)
+    assert threshold == pytest.approx(by_definition(A, b, DT, threshold), rel=5e-3)
     together = np.linalg.svd(np.vstack([A, damped]), compute_uv=False)[:3]
     assert together.min() == pytest.approx(np.sqrt(threshold), rel=1e-6)
+
+
+def test_damping_begins_with_nothing_where_undamped_steps_begin_to_overshoot() -> None:
+    """Where half of Δt R |uᵀb| is σ²; the jump of a damping that begins later would be thrown at the arm."""
+    b = np.array([0.0, 0.0, 1.0])
+    least = np.sqrt(0.5 * DT)  # R = 1
+    for ratio, part in ((1.001, 0.0), (0.999, 0.001), (0.9, 0.1), (0.5, 0.5), (1e-6, 1.0)):
+        A = np.eye(3, 4) * np.array([1.0, 1.0, np.sqrt(ratio) * least, 0.0])
+        _, _, damped = found_directions(A, b, np.eye(4))
+        assert float((damped**2).sum()) == pytest.approx(DT * part, rel=5e-3, abs=3e-3 * DT)
 
 
 def test_what_can_be_met_is_not_damped() -> None:
