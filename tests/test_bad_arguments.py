@@ -64,6 +64,7 @@ def outcome(make: Callable[[], object]) -> str:
     return "made"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GOOD)
 def test_every_argument_of_another_kind_is_named_or_accepted(name: str) -> None:
     """Each argument in turn is text, nothing, NaN, a mapping, two numbers, and an object."""

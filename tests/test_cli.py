@@ -74,6 +74,7 @@ def taskopt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     return typed
 
 
+@pytest.mark.slow
 def test_run_ends_in_a_summary_and_a_recording(tmp_path: Path, taskopt: Command) -> None:
     """One line of figures, and a folder with recording, table and manifest of a finished run."""
     done = taskopt("run", PLANAR, "--duration", "0.1")
@@ -152,6 +153,7 @@ def test_help_says_what_there_is(words: list[str], taskopt: Command) -> None:
     assert "..." not in re.sub(r"(COMMAND \[ARGS\]|NUMBER\]+)\.\.\.", "", done.stdout)
 
 
+@pytest.mark.slow
 def test_the_accuracy_benchmark_prints_a_table_with_and_without_bounds_that_bind(taskopt: Command) -> None:
     """Only the solvers asked for, at most 120 columns, the largest unflagged error in words."""
     done = taskopt("bench", "accuracy", "-s", "daqp", "--trials", "1")
@@ -271,6 +273,7 @@ def test_debug_shows_the_traceback(taskopt: Command) -> None:
             taskopt(*words)
 
 
+@pytest.mark.slow
 def test_the_program_itself_answers_a_mistake_with_one_line(tmp_path: Path) -> None:
     """Run as a user runs it: one line on stderr, exit code 2, no traceback."""
     command = [sys.executable, "-c", "from taskopt.cli import main; main()", "run", "nowhere.py"]
@@ -305,6 +308,7 @@ def test_a_run_that_is_broken_off_keeps_what_it_has(tmp_path: Path) -> None:
     assert json.loads(manifest.read_text())["status"] == "interrupted"
 
 
+@pytest.mark.slow
 def test_warmup_without_compilation_says_so() -> None:
     """NUMBA_DISABLE_JIT=1 leaves nothing to compile."""
     done = subprocess.run(

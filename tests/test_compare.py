@@ -82,6 +82,7 @@ def test_resolvers_take_turns_and_start_from_the_same_rows() -> None:
     np.testing.assert_array_equal(steps[0].hierarchy.buffer, steps[1].hierarchy.buffer)
 
 
+@pytest.mark.slow
 def test_the_closed_form_leaves_the_limits_and_the_optimiser_does_not() -> None:
     """With limits that bind, `pinv` violates them visibly and `active-set` by less than 1e-9."""
     summaries = compared(
@@ -97,6 +98,7 @@ def test_the_closed_form_leaves_the_limits_and_the_optimiser_does_not() -> None:
     assert any("joint_velocity" in name for name in summaries["active-set"].active)
 
 
+@pytest.mark.slow
 def test_without_limits_strict_resolvers_follow_one_path() -> None:
     """Where nothing binds, closed form, cascade and active set give the same path to 1e-8 rad."""
     names = ["pinv", "hqp/daqp", "active-set"]
@@ -107,6 +109,7 @@ def test_without_limits_strict_resolvers_follow_one_path() -> None:
         assert len(summary.closed_form_distances) == summary.ticks == 100
 
 
+@pytest.mark.slow
 def test_claims_and_proofs_are_counted_apart() -> None:
     """A closed form claims nothing; a resolver that is wrong claims all, and all are refuted."""
     summaries = compared(scenario(), resolver("pinv"), resolver("active-set"), Broken(lie=1e-3)).summaries
@@ -145,6 +148,7 @@ def test_why_it_is_not_the_closed_form_is_counted_by_cause() -> None:
     assert max(map(len, text.splitlines())) <= 120
 
 
+@pytest.mark.slow
 def test_one_that_fails_does_not_stop_the_others() -> None:
     """It ends with its reason in the summary; alone, its error is raised."""
     summaries = compared(scenario(), Broken(), resolver("active-set")).summaries
@@ -182,6 +186,7 @@ def test_how_times_were_measured_is_said() -> None:
     assert re.search(r"versions: Python 3\.\d+\.\d+, .*numpy \d", text)
 
 
+@pytest.mark.slow
 def test_the_least_distance_stands_in_the_table_where_something_keeps_one() -> None:
     """By limit, over all ticks; a table too wide for the terminal is turned."""
     ball = Sphere((1.2, 0.75, 0.0), 0.1)

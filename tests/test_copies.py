@@ -54,6 +54,7 @@ def stack() -> Stack:
     return Stack([[hand, damping], [JointTask(name="rest")]], [JointAccelerationLimit(5.0)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", COPIES)
 @pytest.mark.parametrize("name", [*FRAMES, "anthropomorphic", "four_bar"])
 def test_a_copied_robot_is_the_same_robot(name: str, how: str) -> None:

@@ -72,6 +72,7 @@ def broken_promises(source: str, folder: Path) -> list[str]:
     return faults
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::taskopt.DroppedWarning")  # pages read files that state little
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_snippets_print_what_stands_beside_them(page: Path, tmp_path: Path) -> None:

@@ -59,6 +59,7 @@ def test_four_levels_are_kept_in_their_order_with_two_inequalities_in_the_middle
         assert (p <= np.array([0.47, -0.65, 0.86]) + 1e-4).all()
 
 
+@pytest.mark.slow
 def test_the_conflict_is_named_and_braked_without_contact() -> None:
     """Raised, it names acceleration and obstacle; braked, the arm stops short of the ball."""
     declared = scenario("planar_conflict")
@@ -78,6 +79,7 @@ def test_the_conflict_is_named_and_braked_without_contact() -> None:
     assert "least relaxation" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_relaxing_the_conflict_goes_on_with_an_optimum() -> None:
     """The third policy: every tick has an answer, and those that gave way say so."""
     taken = list(run(replace(scenario("planar_conflict"), on_conflict="relax"), ActiveSet()))

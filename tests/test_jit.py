@@ -215,6 +215,7 @@ def test_an_unknown_value_is_refused() -> None:
         Reader(lambda value: False).read(function)
 
 
+@pytest.mark.slow
 def test_a_changed_constant_reaches_compiled_code(small: Path) -> None:
     """A second process with another constant computes with that constant, and a third with the first."""
     assert run(small)[0] == ANSWER
@@ -327,6 +328,7 @@ def test_a_full_disk_leaves_no_half_written_file(tmp_path: Path, monkeypatch: py
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_no_place_to_write_costs_one_line(small: Path) -> None:
     """Without a folder that can be written everything works, and one line names the way out."""
     (small.parent / "file").write_text("")
@@ -339,12 +341,14 @@ def test_no_place_to_write_costs_one_line(small: Path) -> None:
         assert "cannot be written" in lines[0]
 
 
+@pytest.mark.slow
 def test_disabled_compilation_leaves_plain_functions(small: Path) -> None:
     """With NUMBA_DISABLE_JIT=1 a kernel is the function itself, and the answer is the same."""
     plain = "import types; from small.outer import outer; assert type(outer) is types.FunctionType; "
     assert run(small, plain + CALL, NUMBA_DISABLE_JIT="1") == (ANSWER, "")
 
 
+@pytest.mark.slow
 @compiled_only
 def test_planted_fault_compiled_although_disabled(small: Path) -> None:
     """The check of the test above fails for a compiled kernel."""

@@ -30,6 +30,7 @@ def test_contradicting_limits_have_no_optimum() -> None:
         lexicographic_optimum(hierarchy)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_every_oracle_has_a_proof_of_its_own(seed: int) -> None:
     """KKT multipliers exist for it at every level: the oracles do not rest on one algorithm."""
@@ -37,6 +38,7 @@ def test_every_oracle_has_a_proof_of_its_own(seed: int) -> None:
     assert certify_velocity(hierarchy, lexicographic_optimum(hierarchy)).worst < 1e-11
 
 
+@pytest.mark.slow
 def test_the_kinds_are_what_they_are_called() -> None:
     """Conflicts leave cost, dependent rows lose rank, inequalities stand where they should."""
     lost = violated = 0

@@ -66,6 +66,7 @@ def faults(made: Scenario, ran: list[Step]) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PORTS)
 def test_the_first_ticks_are_proven_and_lead_towards_the_target(name: str) -> None:
     """20 ticks: certified and inside the limits; an error above 1 cm shrinks, a smaller one stays below."""
@@ -103,6 +104,7 @@ def test_a_run_that_leaves_its_limits_is_caught() -> None:
     assert faults(made, steps(made)) == []
 
 
+@pytest.mark.slow
 def test_a_run_that_meets_an_obstacle_is_caught() -> None:
     """The pseudo-inverse knows no obstacles: the flange passes the floor, which is said."""
     made = replace(scenario("mink_arm_ur5e"), duration=1.5)

@@ -93,6 +93,7 @@ def test_scenarios_need_no_deeper_import(file: Path) -> None:
     assert re.findall(r"^from taskopt\.\S+ import .*", file.read_text("utf-8"), flags=re.MULTILINE) == []
 
 
+@pytest.mark.slow
 def test_help_is_short() -> None:
     """`help()` prints the names of array types, not the type parameters of NumPy."""
     pages = {name: pydoc.render_doc(getattr(taskopt, name)) for name in dir(taskopt)}

@@ -1,12 +1,11 @@
 """The house rules that a program can check, each with the fault that it must catch."""
 
 import ast
-import io
 import re
-import tokenize
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from statistics import median
 
@@ -36,20 +35,21 @@ OLD_WORDS = (
 )  # fmt: skip
 
 
-_NO_CODE = (
-    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
-    tokenize.ENDMARKER,
-)  # fmt: skip
-
-
 @cache
 def parsed(source: str) -> ast.Module:
     """Syntax tree of a source, which every rule reads and none changes."""
     return ast.parse(source)
 
 
-def functions(source: str) -> Iterator[ast.FunctionDef]:
-    yield from (node for node in ast.walk(parsed(source)) if isinstance(node, ast.FunctionDef))
+@cache
+def nodes(source: str) -> tuple[ast.AST, ...]:
+    """All nodes of the tree."""
+    return tuple(ast.walk(parsed(source)))
+
+
+@cache
+def functions(source: str) -> tuple[ast.FunctionDef, ...]:
+    return tuple(node for node in nodes(source) if isinstance(node, ast.FunctionDef))
 
 
 def is_kernel(node: ast.FunctionDef) -> bool:
@@ -57,26 +57,20 @@ def is_kernel(node: ast.FunctionDef) -> bool:
 
 
 @cache
-def numbers_of_code(source: str) -> frozenset[int]:
-    """Numbers of the lines that hold code: docstrings, comments and blank lines do not count."""
-    numbers = {
-        token.start[0]
-        for token in tokenize.generate_tokens(io.StringIO(source).readline)
-        if token.type not in _NO_CODE
-    }
-    for owner in ast.walk(parsed(source)):
-        if isinstance(owner, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(owner):
-            text = owner.body[0]
-            numbers -= set(range(text.lineno, (text.end_lineno or 0) + 1))
-    return frozenset(numbers)
+def lines_until(source: str) -> tuple[int, ...]:
+    """Number of lines of code up to each line, without comments, blank lines and strings that document."""
+    counts = [line.strip()[:1] not in ("", "#") for line in source.splitlines()]
+    for node in nodes(source):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            first, last = node.lineno - 1, node.end_lineno or node.lineno
+            counts[first:last] = [False] * (last - first)
+    return 0, *accumulate(counts)
 
 
 def code_lines(source: str, node: ast.FunctionDef | None = None) -> int:
     """Number of lines of code of a module, or of one function in it."""
-    numbers = numbers_of_code(source)
-    if node is None:
-        return len(numbers)
-    return sum(number in numbers for number in range(node.lineno, (node.end_lineno or 0) + 1))
+    until = lines_until(source)
+    return until[-1] if node is None else until[node.end_lineno or 0] - until[node.lineno - 1]
 
 
 def long_module(source: str) -> list[str]:
@@ -175,7 +169,7 @@ def public_definitions(tree: ast.Module) -> Iterator[tuple[str, ast.ClassDef | a
 
 def old_words(source: str) -> list[str]:
     """Words that the glossary of the project replaced by terms of the field."""
-    return [word for word in OLD_WORDS if re.search(rf"\b{word}(s|d|ed|ing)?\b", source, re.IGNORECASE)]
+    return re.findall(rf"\b(?:{'|'.join(OLD_WORDS)})(?:s|d|ed|ing)?\b", source.lower())
 
 
 def unannotated(source: str) -> list[str]:
@@ -225,7 +219,7 @@ def dead_weight(source: str) -> list[str]:
 
 
 def docstrings(source: str) -> Iterator[str]:
-    for node in ast.walk(parsed(source)):
+    for node in nodes(source):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             yield from (re.sub(r"\s+", " ", part) for part in (ast.get_docstring(node) or "").split("\n\n"))
 
@@ -243,9 +237,10 @@ def repeated(sources: list[str]) -> list[str]:
 
 def control_flow(source: str) -> list[str]:
     kinds = (ast.If, ast.For, ast.While, ast.Try, ast.With)
-    return [ast.unparse(node)[:60] for node in ast.walk(parsed(source)) if isinstance(node, kinds)]
+    return [ast.unparse(node)[:60] for node in nodes(source) if isinstance(node, kinds)]
 
 
+@cache
 def read(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 

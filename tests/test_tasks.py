@@ -43,6 +43,7 @@ def least(function: Callable[[Configuration], float], of: Scenario, ran: list[St
     return min(function(Configuration(of.robot, step.q)) for step in ran[::5])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", scenario_files(ROOT / "tasks"), ids=lambda file: file.stem)
 def test_every_scenario_runs_and_is_proven(file: Path) -> None:
     """The first 50 ms of it by the default resolver: certified on every tick."""

@@ -31,6 +31,7 @@ def test_the_problem_is_the_formula_where_nothing_binds(k: float) -> None:
     np.testing.assert_allclose(x, exact, rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", [10.0, 0.5])
 @pytest.mark.parametrize("family", ["hqp", "wqp"])
 def test_no_answer_that_is_not_flagged_is_off_by_more_than_a_millionth(family: str, room: float) -> None:

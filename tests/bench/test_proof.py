@@ -60,6 +60,7 @@ def test_nothing_wrong_is_proven(family: str) -> None:
     assert sum(tally.right for tally in tallies) >= 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RESOLVERS)
 def test_ordinary_problems_are_solved_by_the_raw_answer(name: str) -> None:
     """Rows, weights and norms within 10^±3, no level among them: right, proven, and quick."""

@@ -30,6 +30,7 @@ def test_faults_have_names_of_their_own() -> None:
     assert len(set(names)) == len(names)
 
 
+@pytest.mark.slow
 def test_a_test_that_takes_too_long_ends(tmp_path: Path) -> None:
     """An endless test fails at the limit, so that a fault that makes the search run for ever is killed."""
     (tmp_path / "test_endless.py").write_text("def test_endless():\n    while True:\n        pass\n")

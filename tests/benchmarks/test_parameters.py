@@ -38,6 +38,7 @@ def test_both_parts_are_timed(loop: Loop) -> None:
     assert cost.apply > 0.0
 
 
+@pytest.mark.slow
 def test_the_table_has_a_line_for_each_kind() -> None:
     """Six numbers in each, and the time of a tick below."""
     _, _, *lines, tick = table(2, 5)

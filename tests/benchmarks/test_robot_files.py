@@ -68,6 +68,7 @@ def test_a_reader_that_is_wrong_is_found(tmp_path: Path) -> None:
     assert said == ["!read wrongly", "!KeyError", "MissingFile"]
 
 
+@pytest.mark.slow
 def test_a_crash_and_a_hang_are_told_from_a_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that reads is started anew after either, and all other files are still judged."""
     monkeypatch.setattr("robot_files._PATIENCE", 4.0)

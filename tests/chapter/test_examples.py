@@ -37,6 +37,7 @@ def test_example_3_3_the_integral_of_omega_is_no_orientation() -> None:
     assert angle_axis(ends[1] @ ends[0].T)[0] == pytest.approx(np.radians(120.0))
 
 
+@pytest.mark.slow
 @pytest.mark.example("3.4")
 @pytest.mark.equation("3.38", "3.77")
 @pytest.mark.figure("3.13")

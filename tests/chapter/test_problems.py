@@ -125,6 +125,7 @@ def test_problem_3_13() -> None:
     assert others == ["XYZ"]
 
 
+@pytest.mark.slow
 @pytest.mark.problem("3.14")
 @pytest.mark.equation("3.70", "3.82")
 def test_problem_3_14() -> None:

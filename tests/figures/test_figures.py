@@ -21,6 +21,7 @@ def texts(figure: Figure) -> str:
     return "\n".join([*found, *(axes.get_title("left") + axes.get_title("center") for axes in figure.axes)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STILL)
 def test_a_figure_without_a_run_is_drawn(name: str, tmp_path: Path) -> None:
     """It becomes a picture of the width of a page, with less than 300 kB."""

@@ -15,6 +15,7 @@ from tests.helpers.oracles import KINDS, lexicographic_optimum, random_hierarchy
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_the_exact_optimum_is_proven_from_x_alone(seed: int) -> None:
     """Multipliers exist at a lexicographic optimum, and are found."""
@@ -22,6 +23,7 @@ def test_the_exact_optimum_is_proven_from_x_alone(seed: int) -> None:
     assert certify_velocity(hierarchy, lexicographic_optimum(hierarchy)).worst < 1e-11
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_no_multipliers_can_be_found_for_a_wrong_x(seed: int) -> None:
     """1e-4 away from the optimum there is no proof to be had."""

@@ -445,6 +445,7 @@ def retargeted(arm: Robot, first: float, second: float, dt: float) -> np.ndarray
     return np.array(path)
 
 
+@pytest.mark.slow
 @given(first=st.floats(0.05, 0.2), second=st.floats(0.02, 0.28))
 @settings(max_examples=5, deadline=None)
 def test_a_new_target_during_a_blend_does_not_jump(first: float, second: float) -> None:

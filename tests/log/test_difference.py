@@ -18,6 +18,7 @@ def heavier(control, k):
         control.set({"hand.weight": 3.0})
 
 
+@pytest.mark.slow
 def test_a_log_is_the_same_as_that_of_the_same_loop(logged, tmp_path):
     """Two runs of one loop differ nowhere, whatever the clock said, and the exit code is 0."""
     ran, again = logged("active-set"), run(tmp_path / "a.arrow", stack())
@@ -27,6 +28,7 @@ def test_a_log_is_the_same_as_that_of_the_same_loop(logged, tmp_path):
     assert CliRunner().invoke(app, ["diff", str(ran.log.path), str(again.log.path)]).exit_code == 0
 
 
+@pytest.mark.slow
 def test_the_first_tick_apart_has_its_cause(logged, tmp_path):
     """A target that was changed at tick 5 is told as the cause there, with the largest Δq and Δv after."""
     ran, other = logged("active-set"), run(tmp_path / "a.arrow", stack((0.3, 0.8, 0.0)), ticks=60)
@@ -46,6 +48,7 @@ def test_the_first_tick_apart_has_its_cause(logged, tmp_path):
     assert "Δv of joint" in done.output
 
 
+@pytest.mark.slow
 def test_a_weight_that_is_changed_later_is_the_cause_at_its_tick(logged, tmp_path):
     """The logs are the same until the tick at which a weight is set, and that weight is the cause."""
     ran = logged("active-set")

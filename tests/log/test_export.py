@@ -12,6 +12,7 @@ from taskopt.log.export import export
 from tests.log.test_story import command
 
 
+@pytest.mark.slow
 def test_parquet_is_the_same_table(logged, tmp_path):
     """A Parquet file has every value, and the metadata with names and units."""
     log = logged("damped").log

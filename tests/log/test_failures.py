@@ -64,6 +64,7 @@ def closed(path: Path) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_a_killed_program_loses_nothing(tmp_path, number):
     """Every tick that the program has taken is in the log, which says that nobody closed it."""
@@ -79,6 +80,7 @@ def test_a_killed_program_loses_nothing(tmp_path, number):
     assert solve_again(log.tick(-1)).distance == 0.0
 
 
+@pytest.mark.slow
 def test_a_killed_writer_is_noticed(tmp_path):
     """If the writer is killed, a step says so with its answer, and the steps after it go on without a log."""
     path = tmp_path / "a.arrow"
@@ -97,6 +99,7 @@ def test_a_killed_writer_is_noticed(tmp_path):
     assert solve_again(log.tick(29)).distance == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.5, 0.77, 0.9, 0.999])
 def test_a_file_that_is_cut_anywhere_opens_as_far_as_it_goes(tmp_path, share):
     """Whole batches before the cut are there, to the last bit, and the log says that something is missing."""
@@ -130,6 +133,7 @@ def test_a_file_that_cannot_be_written_is_refused_at_once(place):
     assert time.monotonic() - begin < 60.0  # it ends; how soon is measured elsewhere
 
 
+@pytest.mark.slow
 def test_a_log_is_closed_when_the_program_ends(tmp_path):
     """A program that never closes its log has a complete one after its end."""
     root = str(Path(__file__).parents[2])

@@ -20,6 +20,7 @@ def same(one, other) -> bool:
     return np.array_equal(one, other, equal_nan=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_tick_is_there_to_the_last_bit(logged, kind):
     """Hierarchy, answer, active set, claim and sentences of each row are those that the step returned."""
@@ -42,6 +43,7 @@ def test_every_tick_is_there_to_the_last_bit(logged, kind):
             assert same(tick.resolution.undamped.answer, answer.undamped.answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_tick_is_solved_again_to_the_last_bit(logged, kind):
     """Any tick, in any order, gives the velocity that was sent, and its active set."""
@@ -71,6 +73,7 @@ def test_a_changed_bit_is_noticed(logged):
     assert solve_again(changed).distance > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["raise", "relax", "brake"])
 def test_a_conflict_is_in_the_log(tmp_path, policy):
     """The tick at which limits exclude each other has its hierarchy, its status and the conflict in words."""
@@ -183,6 +186,7 @@ def test_another_resolver_gives_the_same_optimum(logged):
     assert solve_again(tick, "pinv").distance > 1e-2
 
 
+@pytest.mark.slow
 def test_a_full_ring_waits_and_drops_nothing(tmp_path, monkeypatch):
     """A loop that is faster than the writer waits for it; the log counts that and has every tick."""
     monkeypatch.setattr(ring, "BYTES", 0)  # the least number of slots
@@ -207,6 +211,7 @@ def test_what_is_no_log_is_refused(tmp_path):
         open_log(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "spared"), [("taskopt.loop.controller", "pyarrow"), ("taskopt.log.writer", "numba")]
 )

@@ -39,6 +39,7 @@ def rows(path, declared: Stack, compiled: bool, used: list[bool]) -> list[dict]:
     return open_log(path).table().drop(["clock"]).to_pylist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("declared", [stack, moving])
 def test_both_copies_write_the_same_rows(tmp_path, declared):
     """Every number of every row is the same, whether it was copied by compiled code or by Python."""
@@ -53,6 +54,7 @@ def test_both_copies_write_the_same_rows(tmp_path, declared):
     assert sum(row["v_before"] is not None for row in one) >= 3
 
 
+@pytest.mark.slow
 def test_a_copy_with_a_wrong_place_is_noticed(tmp_path, monkeypatch):
     """A part that is taken from the place of its neighbour gives other rows."""
     runs = quick._runs
@@ -62,6 +64,7 @@ def test_a_copy_with_a_wrong_place_is_noticed(tmp_path, monkeypatch):
     assert one[20]["error/hand"] != other[20]["error/hand"]
 
 
+@pytest.mark.slow
 def test_ticks_after_a_log_is_closed_are_resolved_without_it(tmp_path):
     """A loop goes on when its log is closed, and the file has the ticks from before."""
     control = Controller(ARM, Stack([[JointTask()]], [JointPositionLimit()]), dt=DT, log=tmp_path / "a.arrow")

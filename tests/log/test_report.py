@@ -39,6 +39,7 @@ def test_violations_are_those_of_the_answers(logged):
     assert not len(found(logged("active-set").log, "violation").rows)
 
 
+@pytest.mark.slow
 def test_the_exit_code_is_that_of_the_checks(logged, tmp_path):
     """A check that was asked for and found something ends with 1, and all others with 0."""
     broken, kept = logged("pinv").log.path, logged("active-set").log.path

@@ -22,6 +22,7 @@ def scenario(**changes) -> Scenario:
     return Scenario(robot=ARM, q0=START, duration=60 * DT, dt=DT, **{"stack": stack(), **changes})
 
 
+@pytest.mark.slow
 def test_a_run_is_in_its_log(tmp_path):
     """Postures, velocities, errors, poses and times of each row are those of the step."""
     steps = list(run(scenario(), log=tmp_path / "a.arrow"))
@@ -39,6 +40,7 @@ def test_a_run_is_in_its_log(tmp_path):
         assert solve_again(tick).distance == 0.0
 
 
+@pytest.mark.slow
 def test_a_comparison_has_the_ticks_of_all_resolvers(tmp_path):
     """One file has the rows of each resolver, and each is solved again to the last bit."""
     resolvers = [resolver(name) for name in NAMES]
@@ -61,6 +63,7 @@ def failed(path):
                 raise Infeasible("told by a test")
 
 
+@pytest.mark.slow
 def test_the_error_that_ends_a_run_is_in_its_log(tmp_path):
     """The log has the ticks until the error, and says what ended the run."""
     with pytest.raises(Infeasible):
@@ -74,6 +77,7 @@ def test_the_error_that_ends_a_run_is_in_its_log(tmp_path):
     assert (len(log), log.end.why) == (1, "GeneratorExit")
 
 
+@pytest.mark.slow
 def test_commands_write_the_log_with_the_text_of_the_scenario(tmp_path):
     """`run` and `compare` write the file that --log names; its text is that of the scenario's file."""
     words = ["tasks/planar_circle.py", "--no-record", "--duration", "0.05"]

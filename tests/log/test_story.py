@@ -67,6 +67,7 @@ def test_an_instant_is_explained(logged):
     assert f"hand: error {1000 * size:.4g} mm" in text
 
 
+@pytest.mark.slow
 def test_a_summary_and_the_end(logged, tmp_path):
     """`show` counts claims and names limits; `show --why` has the conflict that ended a loop."""
     ran = logged("active-set")

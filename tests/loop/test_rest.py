@@ -158,6 +158,7 @@ def test_stacks_without_damping_and_single_hierarchies_have_no_such_rows() -> No
         Stack([[JointTask()]], damping=NoDamping())  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_scenario_is_damped_and_its_step_keeps_the_declared_problem() -> None:
     """With any strict resolver; without damping the velocities jump."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)

@@ -46,6 +46,7 @@ def path(*, damped: bool) -> tuple[np.ndarray, np.ndarray, Controller]:
     return np.array([one for one, _ in found]), np.array([v for _, v in found]), control
 
 
+@pytest.mark.slow
 def test_an_arm_rests_stretched_towards_a_target_out_of_reach():
     """Straight towards the target is the best; without damping the arm swings at its limits for ever."""
     postures, velocities, control = path(damped=True)

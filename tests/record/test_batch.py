@@ -6,6 +6,7 @@ import pytest
 from taskopt.record.batch import Batch
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["active-set", "wqp/daqp", "pinv"])
 def test_columns_are_the_steps_stacked(steps, name):
     """Row k of every column is step k."""

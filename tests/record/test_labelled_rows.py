@@ -136,6 +136,7 @@ def recorded(made: Scenario, steps: list[Step], folder: Path) -> tuple[list[tupl
     }
 
 
+@pytest.mark.slow
 def test_the_timeline_names_the_pair_of_each_tick(made: Scenario, steps: list[Step], tmp_path: Path) -> None:
     """A state begins at the tick at which another pair, or none, is kept apart; events name them."""
     words = [f"{PAIRS[pairs.argmax()]} lower" if pairs.any() else "free" for pairs in kept_apart(steps)]

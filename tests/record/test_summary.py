@@ -58,6 +58,7 @@ def test_a_run_without_transitions_that_is_smooth_has_nothing_to_tell():
     assert watch.jump < 1e-3
 
 
+@pytest.mark.slow
 def test_alternation_is_in_the_report_and_on_the_panel(monkeypatch):
     """A target out of reach: three limits by name, with the cause and what to do, and how many more."""
     arm = planar_arm([0.5, 0.5, 0.5], velocity=2.0)

@@ -144,6 +144,7 @@ def test_raw_answers_are_the_closed_form_often(name: str, seed: int) -> None:
             assert apart(weighted(hierarchy)[0].x, weighted.closed_form(hierarchy)) <= 1e-9, engine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", OTHERS)
 def test_every_other_solver_agrees_or_is_flagged(solver: str) -> None:
     """No answer is proven that is further from the closed form than was asked for."""

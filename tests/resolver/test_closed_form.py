@@ -106,6 +106,7 @@ def test_the_square_inverse_refuses_what_has_none() -> None:
         square_inverse(J, np.ones(7))
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_any_motion_of_the_null_space_is_an_internal_motion(seed: int) -> None:
     """(3.46) with v = 0 and arbitrary q̇₀: J q̇ = 0, and P is a projector, P² = P = Pᵀ."""

@@ -41,6 +41,7 @@ def can_hold(hierarchy: Hierarchy, kept: set[Side], all_sides: bool = False) -> 
     return bool(result.status == 0)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(deadline=None, max_examples=80)
 def test_a_conflict_is_found_exactly_where_a_linear_program_finds_none(seed):

@@ -71,6 +71,7 @@ def test_ranks_have_the_hysteresis_of_the_rule(seed: int) -> None:
     assert same(hierarchy, NONE, RankRule(1e-3, 0.5), before)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from(DAMPINGS))
 def test_the_accounts_have_the_ranks_that_the_answer_was_found_with(seed: int, damping: Damping) -> None:
     """The accounts come from singular values, the ranks of the answer mostly without any."""

@@ -21,6 +21,7 @@ def test_levels_that_agree_are_resolved_rightly() -> None:
     np.testing.assert_allclose(resolve(problem, "daqp-hierarchy").x, expected, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_it_claims_what_the_judge_refutes() -> None:
     """Random levels in conflict: all are claimed, some are wrong, and the judge tells which."""
     verdicts = []

@@ -34,6 +34,7 @@ def test_without_bounds_it_is_task_priority() -> None:
     assert answer.status is Status.FORMULA
 
 
+@pytest.mark.slow
 def test_the_direction_is_kept_and_the_scale_is_nearly_the_largest() -> None:
     """A x = s b exactly; s never exceeds that of linear programming, and mostly reaches it."""
     reached = []

@@ -63,6 +63,7 @@ def test_where_bounds_bind_a_lower_level_takes_from_a_higher_one() -> None:
     assert worse > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["daqp", "quadprog"])
 def test_its_answer_is_the_optimum_of_the_problem_that_it_states(name: str) -> None:
     """With inequalities, weights and hard rows, against the exact optimum of the projected problem."""

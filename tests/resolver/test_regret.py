@@ -14,6 +14,7 @@ from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_the_exact_optimum_leaks_nothing(seed):
     """ℓ = 0 at the optimum in rational arithmetic, to what a square root makes of rounding."""
@@ -21,6 +22,7 @@ def test_the_exact_optimum_leaks_nothing(seed):
     np.testing.assert_allclose(regret(hierarchy, lexicographic_optimum(hierarchy)), 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_the_first_level_of_a_point_within_the_limits_never_leaks_less_than_nothing(seed):
     """Nothing inside the limits meets level 1 better than its optimum; what moves off leaks somewhere."""

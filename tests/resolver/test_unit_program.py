@@ -43,6 +43,7 @@ def examined(unit: UnitProgram, found: Solution, accuracy: float) -> int:
     return examine_answer(unit.H, unit.arrays, unit.near, unit.size, numbers, (accuracy, NONE), unit.answer)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_a_program_at_unit_size_is_the_program_seen_from_its_free_optimum(seed: int) -> None:
     """Rows, bounds and size are those that NumPy finds from the definitions."""
@@ -75,6 +76,7 @@ def test_bounds_out_of_reach_are_left_out(seed: int) -> None:
             assert np.isinf(kept[~reached]).all()
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(-14.0, -1.0))
 def test_an_answer_is_fine_only_if_its_natural_residual_is_below_the_tolerance(
     seed: int, digits: float
@@ -114,6 +116,7 @@ def test_answers_that_break_a_bound_that_was_left_out_or_are_no_numbers_are_not_
         assert examined(unit, wrong, 1e-8) == code
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(1e-6, 1e6))
 def test_the_error_at_unit_size_is_relative_to_the_entries_that_are_asked_for(seed: int, size: float) -> None:
     """The kernel gives what NumPy gives."""
@@ -126,6 +129,7 @@ def test_the_error_at_unit_size_is_relative_to_the_entries_that_are_asked_for(se
     assert error_at_unit_size(1e-8, size, matrix, x) == pytest.approx(of_entries, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["daqp", "quadprog", "proxqp"])
 @given(SEEDS)
 def test_the_arrays_of_a_program_can_be_used_for_the_next_one(name: str, seed: int) -> None:

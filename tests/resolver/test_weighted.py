@@ -14,6 +14,7 @@ from tests.helpers.oracles import lexicographic_optimum, random_hierarchy
 EXACT = ["daqp", "quadprog"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*EXACT, "proxqp", "clarabel"])
 def test_the_weighted_optimum_is_found(name: str) -> None:
     """Against the exact optimum of the flattened problem; 5e-7 for the interior point near its corner."""

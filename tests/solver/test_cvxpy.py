@@ -34,6 +34,7 @@ def relative(x: Array, expected: Array) -> float:
     return float(np.abs(x - expected).max() / np.abs(expected).max())
 
 
+@pytest.mark.slow
 @given(seed=SEEDS, exponent=st.floats(-4.0, -0.5))
 @settings(max_examples=30, deadline=None)
 def test_each_statement_has_its_formula_as_answer(seed: int, exponent: float) -> None:

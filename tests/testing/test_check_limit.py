@@ -40,6 +40,7 @@ def too_near(limit, of, dt=1e-2):
     return outside
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar", "panda", "tiago", "talos_reduced"])
 @pytest.mark.parametrize(
     ("limit", "outside"),

@@ -57,6 +57,7 @@ TASKS: dict[str, Callable[[str], Task]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("task", TASKS)
 def test_every_task_keeps_the_contract(task, name):

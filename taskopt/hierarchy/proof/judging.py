@@ -7,7 +7,7 @@ from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof.judgement import Judgement, Verdict
 from taskopt.hierarchy.proof.prover import Optimum, Prover
-from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND, LOST
+from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND, LOST, ROUNDED
 
 
 def judge(
@@ -89,7 +89,9 @@ class Judge:
             return found
         n = self._hierarchy.n
         rows = tuple(self._hierarchy.name_of(n + int(i), True) for i in np.flatnonzero(tiny.any(axis=1)))
-        reason = f"Entries that are rounding beside the others of their row decide: {', '.join(rows)}."
+        reason = (
+            f"Entries that are rounding beside the others of their row or level decide: {', '.join(rows)}."
+        )
         return Judgement(found.error_bound, Verdict.UNDECIDED, rows, reason)
 
 
@@ -113,9 +115,14 @@ def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: flo
 
 
 def _tiny_entries(hierarchy: Hierarchy) -> Mask:
-    """Return which entries are at most `LOST` of the largest of their row, and not zero, (M, n)."""
+    """Return which entries are rounding beside the others of their row, or of their level, (M, n)."""
     size = np.abs(hierarchy.A)
-    return (size > 0.0) & (size <= LOST * size.max(axis=1, initial=0.0, keepdims=True))
+    largest = size.max(axis=1, initial=0.0, keepdims=True)
+    tiny = size <= LOST * largest
+    for level in range(hierarchy.layout.level_count + 1):
+        rows = hierarchy.layout.rows_of_level(level)
+        tiny[rows] |= size[rows] <= ROUNDED * largest[rows].max(initial=0.0)
+    return tiny & (size > 0.0)
 
 
 def near_bounds(hierarchy: Hierarchy, x: Array) -> StateArray:

@@ -13,13 +13,21 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.certificate import certify
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof import judge, prove
+from taskopt.hierarchy.proof import Verdict, judge, prove
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY
+from taskopt.hierarchy.tolerances import ACCURACY, CERTIFICATE_ROUNDING
 from taskopt.hierarchy.view import answer_of
 from taskopt.resolver.active_set.full_norm import resolve_full_norm
-from taskopt.resolver.active_set.tick import ALTERNATES, LAST, PREVIOUS, LazyTick, new_history
+from taskopt.resolver.active_set.search import search
+from taskopt.resolver.active_set.tick import (
+    ALTERNATES,
+    FIRST_SEARCH_LIMIT,
+    LAST,
+    PREVIOUS,
+    LazyTick,
+    new_history,
+)
 from taskopt.resolver.active_set.workspace import Held, Outcome
 from taskopt.resolver.base import Memory, checked, fit_again
 from taskopt.resolver.closed_form import task_priority
@@ -100,7 +108,7 @@ def resolution_of(
     enclosure of the optimum that the working set leads to. If there is none and the answer misses its KKT
     conditions, other multipliers are computed for its x. If it misses them with these as well, only a proof
     that x is the optimum counts: where rows of one level differ in size by many powers of ten, no tolerance
-    on a residual fits all of them. Else the status is FAILED.
+    on a residual fits all of them. Without that, a coarser search is the last resort before FAILED.
 
     Args:
         hierarchy: The problem.
@@ -116,9 +124,37 @@ def resolution_of(
         outcome = Outcome.SOLVED
     elif outcome == Outcome.KKT_MISSED:
         x = answer_of(answer, hierarchy.n, hierarchy.layout.row_count, hierarchy.layout.level_count).x
-        if fit_again(hierarchy, answer) or judge(hierarchy, x, state).proven:
+        fitted = fit_again(hierarchy, answer) or judge(hierarchy, x, state).proven
+        if fitted or search_coarsely(hierarchy, answer, state):
             outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)
+
+
+def search_coarsely(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:
+    """Search again, taking for zero what no certificate can tell from rounding.
+
+    Where rows depend on each other nearly to rounding, a multiplier of 1e-22 may hold a bound for a residual
+    of 1e-12, and neither its sign nor the rank is certain. This search takes directions between `LOST` and
+    `REGAINED` as lost, and multipliers up to `CERTIFICATE_ROUNDING` as zero.
+
+    Args:
+        hierarchy: The problem, with a diagonal norm.
+        answer: (layout.answer_size,) of which x, multipliers and residuals are replaced.
+        state: (n + M,) filled with the final working set.
+
+    Returns:
+        True if x meets its KKT conditions and is not refuted.
+    """
+    layout = hierarchy.layout
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    state[:] = Held.FREE
+    once, limit = np.int64(1), FIRST_SEARCH_LIMIT
+    outcome, *_ = search(hierarchy.rows, state, parts.x, parts.multipliers, once, limit, CERTIFICATE_ROUNDING)
+    found = certify(hierarchy, parts.x, parts.multipliers)
+    parts.residuals[:] = found.residuals
+    if outcome != Outcome.SOLVED or not found.kkt_met():
+        return False
+    return judge(hierarchy, parts.x, state).verdict is not Verdict.REFUTED
 
 
 def take_enclosed(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from taskopt.arrays import Array, Mask, StateArray
 from taskopt.hierarchy.tolerances import (
     LOST,
+    REGAINED,
     SEARCH_AGREE,
     SEARCH_BOX,
     SEARCH_FEASIBLE,
@@ -55,8 +56,9 @@ from taskopt.resolver.active_set.workspace import (
 
 @kernel_apart
 def search(
-    problem: Rows, state: StateArray, x: Array, multipliers: Array, first: Count, limit: int
-) -> tuple[Outcome, Count, float]:
+    problem: Rows, state: StateArray, x: Array, multipliers: Array, first: Count, limit: int,
+    rounding: float,
+) -> tuple[Outcome, Count, float]:  # fmt: skip
     """Find the lexicographic optimum of a hierarchy with a diagonal norm.
 
     The first search starts from the given working set. If it does not end within `first` factorisations, a
@@ -71,13 +73,15 @@ def search(
         multipliers: (levels + 1, n + M) filled.
         first: Number of factorisations after which the first search is given up.
         limit: Largest number of factorisations of both searches.
+        rounding: Share of its level's scale up to which a multiplier counts as zero, see `ScaledRows`. If it
+            is not 0, directions between `LOST` and `REGAINED` count as lost.
 
     Returns:
         The `Outcome`, the number of factorisations, and the least share of a row of the last working set that
         no row before it has; 1 if no share was computed.
     """
     n = x.size
-    rows = _scaled(problem)
+    rows = _scaled(problem, rounding)
     if has_empty_interval(rows):
         for j in range(n):
             x[j] = np.nan
@@ -95,7 +99,7 @@ def search(
 
 
 @kernel
-def _scaled(problem: Rows) -> ScaledRows:
+def _scaled(problem: Rows, rounding: float) -> ScaledRows:
     """Multiply rows by √w and unknowns by √W, so that weights and norm become the identity."""
     A, norm, n, count = problem.A, problem.norm, problem.norm.size, problem.lower.size
     S, scale, size = np.empty((count, n)), np.empty(count), np.empty(count)
@@ -114,10 +118,11 @@ def _scaled(problem: Rows) -> ScaledRows:
             squared += S[i, j] * S[i, j]
         scale[i] = root * max(1.0, np.sqrt(declared))
         size[i] = max(np.sqrt(squared), LOST * scale[i])
+        scale[i] *= REGAINED / LOST if rounding > 0.0 else 1.0
         lower[i], upper[i] = problem.lower[i] * root, problem.upper[i] * root
     close_empty(box_lower, box_upper, np.ones(n))
     close_empty(lower, upper, size)
-    return ScaledRows(S, scale, size, lower, upper, box_lower, box_upper, problem.offsets)
+    return ScaledRows(S, scale, size, lower, upper, box_lower, box_upper, problem.offsets, rounding)
 
 
 @kernel
@@ -303,17 +308,28 @@ def _row_to_drop(
             copy_into(multipliers[k - 1], level.value)
         if leaving >= 0:
             continue
-        worst = 0.0
+        worst, least = 0.0, _least_multiplier(rows, x, k)
         for j in range(n + rows.offsets[min(k + 1, levels)]):
             if state[j] == Held.FREE or decided[j]:
                 continue
-            tolerance = SEARCH_SIGN * level.terms[j]
+            tolerance = max(SEARCH_SIGN * level.terms[j], least if j < n else least / rows.size[j - n])
             signed = state[j] * level.value[j]
             if signed > tolerance:
                 decided[j] = True
             elif signed < -tolerance and (leaving < 0 or signed < worst):
                 worst, leaving = signed, j
     return leaving
+
+
+@kernel
+def _least_multiplier(rows: ScaledRows, x: Array, k: int) -> float:
+    """Return the least multiplier of a bound of the box at level k that is more than `rows.rounding`."""
+    scale, levels = 1.0, rows.offsets.size - 2
+    if rows.rounding > 0.0 and 0 < k <= levels:
+        scale = 0.0
+        for i in range(rows.offsets[k], rows.offsets[k + 1]):
+            scale = max(scale, rows.size[i] ** 2)
+    return rows.rounding * scale * max(1.0, np.abs(x).max())
 
 
 @kernel

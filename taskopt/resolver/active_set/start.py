@@ -218,7 +218,9 @@ def perturbed(rows: ScaledRows, turn: Count) -> ScaledRows:
     for j in range(n):
         apart = _share(j, turn) if rows.box_lower[j] < rows.box_upper[j] else 0.0
         box_lower[j], box_upper[j] = rows.box_lower[j] - apart, rows.box_upper[j] + apart
-    return ScaledRows(rows.A, rows.scale, rows.size, lower, upper, box_lower, box_upper, rows.offsets)
+    return ScaledRows(
+        rows.A, rows.scale, rows.size, lower, upper, box_lower, box_upper, rows.offsets, rows.rounding
+    )
 
 
 @kernel

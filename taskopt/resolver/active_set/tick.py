@@ -107,12 +107,13 @@ def tick(
     _recall(history, state)
     outcome, rounds, weakest = Outcome.SOLVED, np.int64(0), 1.0
     if settings[0] == 0 or not _try_fast_path(problem, state, found):
-        outcome, rounds, weakest = search(problem, state, x, multipliers, np.int64(FIRST_SEARCH_LIMIT), limit)
+        first = np.int64(FIRST_SEARCH_LIMIT)
+        outcome, rounds, weakest = search(problem, state, x, multipliers, first, limit, 0.0)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= KKT_MET):
         for i in range(state.size):  # once more, from an empty working set
             state[i] = Held.FREE
-        outcome, more, weakest = search(problem, state, x, multipliers, np.int64(1), limit)
+        outcome, more, weakest = search(problem, state, x, multipliers, np.int64(1), limit, 0.0)
         rounds += more
         worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
     _remember(history, state)

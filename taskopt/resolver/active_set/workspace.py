@@ -71,6 +71,8 @@ class ScaledRows(NamedTuple):
         box_lower: (n,) scaled lower bounds of the unknowns.
         box_upper: (n,) scaled upper bounds of the unknowns.
         offsets: (levels + 2,) first row of level 0 (hard), 1, …, and M.
+        rounding: Share of its level's scale up to which a multiplier counts as zero, whatever its own
+            rounding error is; 0 for the search that is exact.
     """
 
     A: Array
@@ -81,6 +83,7 @@ class ScaledRows(NamedTuple):
     box_lower: Array
     box_upper: Array
     offsets: IntArray
+    rounding: float
 
 
 class Point(NamedTuple):

@@ -98,6 +98,7 @@ def test_names_and_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         problem_set(str(tmp_path / "text.parquet"))
 
 
+@pytest.mark.slow
 def test_problems_of_a_log_are_those_of_the_loop(tmp_path: Path) -> None:
     """To the last bit; ticks that are not there are refused."""
     arm, path = planar_arm([0.5, 0.4, 0.3]), tmp_path / "run.arrow"

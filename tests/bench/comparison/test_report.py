@@ -143,6 +143,7 @@ def test_a_reader_finds_the_answers_on_the_first_screen(tmp_path: Path) -> None:
     assert by_set.rows[0][:5] == ("easy", "2", "50 %", "1 of 3", "active-set, 21.6 µs")
 
 
+@pytest.mark.slow
 def test_a_report_has_every_row(tmp_path: Path) -> None:
     """Markdown, page, Parquet and CSV agree with the rows, and no page loads anything from elsewhere."""
     rows = write(tmp_path / "rows", CELLS)

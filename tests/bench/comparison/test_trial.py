@@ -87,6 +87,7 @@ def test_what_claims_nothing_is_not_judged() -> None:
     assert all(row["distance"] > 1e-5 for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "status", "verdict"),
     [

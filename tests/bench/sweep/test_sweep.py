@@ -123,6 +123,7 @@ def test_starts_are_near_and_inside(arm: str) -> None:
     assert np.abs(starts).max() == 2.0
 
 
+@pytest.mark.slow
 def test_a_sweep_computes_only_what_is_missing(arm: str, tmp_path: Path) -> None:
     """A sweep that was interrupted and cut goes on, and shows what an undisturbed one shows."""
     sweep = Sweep(arm, GRID)
@@ -174,6 +175,7 @@ def test_a_run_that_ends_early_is_counted(tmp_path: Path) -> None:
     assert table({case: figures}, grid).rows[0][:3] == ("active-set", "1", "1")
 
 
+@pytest.mark.slow
 def test_table_plot_and_cases_are_written(arm: str, tmp_path: Path) -> None:
     """One row for each combination of values and resolver, and one of each case."""
     finish(Sweep(arm, GRID), tmp_path)

@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,6 +42,7 @@ def random_matrix(rng: np.random.Generator, m: int, p: int) -> Array:
     return rng.standard_normal((m, p)) * 10.0 ** rng.integers(-8, 9, (m, p))
 
 
+@pytest.mark.slow
 @given(NUMBERS, NUMBERS)
 @settings(deadline=None)
 def test_errors_of_sums_and_products_are_exact(a: float, b: float) -> None:

@@ -66,6 +66,7 @@ def test_right_answers_are_proven_in_every_family(family: str) -> None:
         assert (check(hierarchy, answer.x, optimum, answer.state) is Verdict.PROVEN) is not wrong
 
 
+@pytest.mark.slow
 @given(st.sampled_from(FAMILIES), SEEDS)
 @settings(deadline=None, max_examples=40)
 def test_perturbed_answers_are_bounded_and_never_proven_wrongly(family: str, seed: int) -> None:
@@ -120,6 +121,15 @@ def test_what_is_wrong_on_the_condition_only_is_said_to_be_so() -> None:
     assert judgement.verdict is Verdict.REFUTED_IF
     assert judgement.rows == ("level 2/row 0",)
     assert "Entry 0 is 0.001 away from the exact optimum, if these depend" in judgement.reason
+
+
+def test_what_kinematics_round_off_refutes_nothing() -> None:
+    """A short row pulls x₁ to its bound by an entry of 8e-16, which may as well be 0 beside an entry of 1."""
+    rows = Level([[1.0, 0.0], [1e-6, 8e-16]], [0.0, 1e-7])
+    problem = Hierarchy([rows], box=([-2.0, -2.0], [2.0, 2.0]))
+    assert judge(problem, [1e-13, 2.0]).verdict is Verdict.PROVEN
+    assert judge(problem, [1e-13, 0.0]).verdict is Verdict.UNDECIDED
+    assert judge(problem, [1e-3, 0.0]).verdict is Verdict.REFUTED
 
 
 def test_hard_rows_that_agree_up_to_rounding_are_a_condition_too() -> None:

@@ -180,6 +180,7 @@ def test_the_stanford_manipulator() -> None:
         np.testing.assert_allclose(geometric_jacobian(Configuration(of, q), "tip"), text, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.problem("3.2")
 def test_the_cylindrical_arm() -> None:
     """p = (−d₃ s₁, d₃ c₁, d₂): columns (−d₃ c₁, −d₃ s₁, 0), z₀, (−s₁, c₁, 0); at d₃ = 0, too."""
@@ -192,6 +193,7 @@ def test_the_cylindrical_arm() -> None:
         np.testing.assert_allclose(geometric_jacobian(Configuration(of, q), "tip"), J, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.problem("3.3")
 def test_the_scara_manipulator() -> None:
     """Rows x, y as for two planar links, z of the quill, ω_z of the three revolute joints."""

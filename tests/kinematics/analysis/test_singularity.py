@@ -103,6 +103,7 @@ def test_singularities_of_the_anthropomorphic_arm() -> None:
     assert classify_singularity(upright, "tip", SPACE) == "boundary"
 
 
+@pytest.mark.slow
 @pytest.mark.equation("3.42", "3.43", "3.44")
 @pytest.mark.parametrize("name", ["stanford", "anthropomorphic_with_wrist"])
 def test_arm_and_wrist_come_apart(name: str) -> None:

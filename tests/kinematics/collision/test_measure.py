@@ -57,6 +57,7 @@ def judge(distances, at):
     return error[smooth].max(initial=0.0), int((~smooth).sum()), len(smooth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solid", SOLIDS)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gradient_is_the_derivative_of_the_distance(name, solid):
@@ -74,6 +75,7 @@ def test_the_gradient_is_the_derivative_of_the_distance(name, solid):
     assert inside > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "talos_reduced"])
 def test_the_gradient_of_self_distances_is_their_derivative(name):
     """With both solids moving, joints below both count for nothing."""

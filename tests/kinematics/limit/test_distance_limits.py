@@ -113,6 +113,7 @@ def test_no_run_of_extreme_steps_breaks_the_margin(name, kind, dt):
     assert min(seen) < MARGIN + 0.03
 
 
+@pytest.mark.slow
 def test_rows_without_the_bounds_on_speed_are_caught():
     """The check above sees that linearised rows alone break the margin in long steps."""
     rng, seen = np.random.default_rng(5), []

@@ -65,6 +65,7 @@ def attacks(name, dt, side, honest=True):
     return np.concatenate(left)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["lower", "upper"])
 @pytest.mark.parametrize("dt", [2e-3, 2e-2])
 @pytest.mark.parametrize("name", ["panda", "talos_reduced"])
@@ -73,6 +74,7 @@ def test_no_run_of_extreme_steps_passes_a_bound(name, dt, side):
     assert attacks(name, dt, side).min() >= -1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["lower", "upper"])
 def test_rows_without_the_bounds_on_speed_are_caught(side):
     """The check above sees that linearised rows alone pass a bound in long steps."""
@@ -100,6 +102,7 @@ def test_far_from_its_bounds_it_asks_for_nothing():
     assert (bounds[1] > of.velocity_limit).all()
 
 
+@pytest.mark.slow
 def test_hands_come_no_nearer_and_the_body_moves_freely():
     """Two hands that are sent to one place stop at 0.3 m; joints that carry both are never bounded."""
     of, dt = robot("talos_reduced"), 5e-3

@@ -48,12 +48,14 @@ def chased(target: Target | Latest, ticks: int = 1200) -> float:
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [Function(centre), Latest(centre(0.0))], ids=["function", "latest"])
 def test_the_arm_gives_way_to_a_moving_ball(target: Target) -> None:
     """d ≥ margin at every tick and between ticks, though the ball would go through the arm."""
     assert MARGIN - 1e-9 <= chased(target) < MARGIN + 0.01
 
 
+@pytest.mark.slow
 def test_a_limit_that_forgets_the_motion_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the velocity of the ball in the bounds, it comes nearer than the margin."""
     monkeypatch.setattr(Mover, "drift", lambda self: np.zeros(self.pairs.size))
@@ -205,6 +207,7 @@ def test_pairs_can_have_margins_of_their_own() -> None:
         SelfCollisionLimit(margins={"panda_hand": -0.1}).bind(panda, DT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [1, 64])
 def test_a_margin_of_one_pair_is_kept(rows: int) -> None:
     """The tip stays 6 cm away from one ball and 2 cm away from the other."""

@@ -85,6 +85,7 @@ def hidden(bound, of, count):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "count"), [("panda", 150), ("tiago", 60)])
 def test_no_pair_is_hidden(name, count):
     """Every pair below its threshold is measured, at jumps and at rest, too; Coal alone is the judge."""
@@ -102,6 +103,7 @@ def smaller_balls(bound):
     bound.distances.broad_phase._balls[:, Ball.RADIUS] *= 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", [shorter_reach, smaller_balls])
 def test_a_bound_that_is_too_small_is_caught(plant):
     """The check above sees both bounds if they are shrunk."""
@@ -176,6 +178,7 @@ def test_no_run_of_extreme_steps_breaks_the_margin(rows, dt):
     assert min(least) < MARGIN + 0.01
 
 
+@pytest.mark.slow
 def test_every_bound_names_its_pair():
     """A row that serves other pairs from tick to tick is called by the pair of its tick."""
     of, rng = robot("panda"), np.random.default_rng(3)

@@ -61,6 +61,7 @@ def test_a_row_of_another_edge_is_caught(monkeypatch):
         check_task(SupportPolygonTask(corners), robot("panda"), count=20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [1e-3, 2e-2])
 @pytest.mark.parametrize("name", NAMES)
 def test_the_limit_keeps_the_contract(name, dt):
@@ -78,6 +79,7 @@ def attacks(name, dt, honest=True):
     return np.concatenate(left)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [2e-3, 2e-2])
 @pytest.mark.parametrize("name", ["panda", "talos_reduced"])
 def test_no_run_of_extreme_steps_leaves_the_polygon(name, dt):
@@ -85,11 +87,13 @@ def test_no_run_of_extreme_steps_leaves_the_polygon(name, dt):
     assert attacks(name, dt).min() >= -1e-9
 
 
+@pytest.mark.slow
 def test_rows_without_the_bounds_on_speed_are_caught():
     """The check above sees that linearised rows alone leave the polygon in long steps."""
     assert attacks("talos_reduced", 2e-2, honest=False).min() < -1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["limit", "task"])
 def test_a_humanoid_that_leans_stops_at_the_edge(kind):
     """The centre of mass is sent 30 cm forward with both feet on the ground, and stays above the feet."""

@@ -36,6 +36,7 @@ def assert_gradient(objective: Objective, at: Configuration) -> None:
     np.testing.assert_allclose(objective.gradient(at), numeric, rtol=0, atol=1e-7 * scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["xy", "xyz", "xyz rpy", "xy y", "z r"])
 @pytest.mark.parametrize("name", FRAMES)
 def test_the_gradient_of_manipulability_is_its_derivative(name, axes):
@@ -119,6 +120,7 @@ def test_more_axes_than_joints_is_refused():
         Manipulability("tip").value(random_configuration("planar3", 0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FRAMES)
 def test_the_gradient_of_joint_range_is_its_derivative(name):
     """(3.57) by differences, wheels and floating base left out; the planar arm gets its limits by hand."""

@@ -17,6 +17,7 @@ from tests.helpers.robots import robot
 TWO = (Sphere([0.5, 0.4, 0.0], 0.1), Sphere([0.5, -0.4, 0.0], 0.1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gradient_is_the_derivative(name):
     """Σ pᵢ ∇dᵢ to 1e-7 for several obstacles at once; at most one posture in twelve is at a kink."""
@@ -66,6 +67,7 @@ def test_between_two_obstacles_the_soft_gradient_does_not_flip():
     assert abs(soft[0] - soft[1]) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_climb_into_the_middle_settles_instead_of_chattering():
     """Euler steps along ∇w come to rest between the obstacles for τ > 0, and never do for the minimum."""
     arm = planar_arm([0.5, 0.3, 0.3], radius=0.02)

@@ -14,6 +14,7 @@ from tests.helpers.near import NAMES
 from tests.helpers.robots import robot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gradient_is_the_derivative(name: str) -> None:
     """To 1e-7 of the largest slope, or of 0.05; at most one posture in six is at a kink, and is counted."""

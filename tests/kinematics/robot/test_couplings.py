@@ -177,6 +177,7 @@ def test_the_fingers_of_the_panda_close_together():
     np.testing.assert_allclose(v[7:], [-0.01, -0.01], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_own_tasks_and_limits_are_checked_on_a_robot_with_couplings():
     """The rows of the couplings are not taken for those of the task or limit that is checked."""
     arm = Robot.load("panda")

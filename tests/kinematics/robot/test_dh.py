@@ -25,6 +25,7 @@ def dh(a: float, alpha: float, d: float, theta: float) -> np.ndarray:
     return turn(2, theta) @ shift(2, d) @ shift(0, a) @ turn(0, alpha)
 
 
+@pytest.mark.slow
 @given(q=ANGLES)
 def test_the_planar_arm_is_the_textbooks(q):
     """(2.83): x = Σ aᵢ cos(ϑ₁ + … + ϑᵢ), y with the sine, orientation ϑ₁ + ϑ₂ + ϑ₃; Jacobian (3.35)."""
@@ -41,6 +42,7 @@ def test_the_planar_arm_is_the_textbooks(q):
     np.testing.assert_allclose(J[2:], np.vstack([np.zeros((3, 3)), np.ones(3)]), rtol=0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.equation("3.31", "3.32", "3.33")
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_rows_give_the_product_of_their_matrices(seed):

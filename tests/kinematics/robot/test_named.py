@@ -18,6 +18,7 @@ def test_all_robots_but_the_empty_file_are_listed():
     assert {"anymal_b_simple/anymal", "anymal_c_simple/anymal"} <= set(robot_names())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", robot_names())
 def test_every_listed_robot_loads_and_moves(name):
     """Kinematics at the middle of the ranges, which is inside them; all postures are configurations."""

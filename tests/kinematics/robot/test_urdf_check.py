@@ -252,6 +252,7 @@ def test_robots_of_the_extra_are_loaded_without_a_warning(name):
     assert bool(arm.dropped) is (name != "panda")
 
 
+@pytest.mark.slow
 def test_every_file_of_the_extra_passes_the_check():
     """The check refuses no file that is in use."""
     for name in set(robot_names()) - set(ARMS):

@@ -129,6 +129,7 @@ def links(of: Robot) -> set[frozenset[str]]:
     return {frozenset((names[i], names[j])) for i, j in limit.choice(of).pairs}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "tiago"])
 def test_pairs_that_are_left_out_are_not_kept_apart(name: str) -> None:
     """A pair of links that is named is left out, and so are all pairs of a link that is named alone."""

@@ -90,6 +90,7 @@ def test_the_rows_have_rank_two_at_every_angle(angle):
     assert sizes.max() < 400.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [1.0, 3.0, np.pi - 1e-12, np.pi])
 def test_the_axis_goes_to_its_direction_on_the_shortest_way(angle):
     """The angle falls by 1 − K Δt a tick, from exactly the wrong side, too, and the hand keeps its place."""
@@ -107,6 +108,7 @@ def test_the_axis_goes_to_its_direction_on_the_shortest_way(angle):
     assert angles[-1] < 0.01
 
 
+@pytest.mark.slow
 def test_eyes_follow_a_moving_point_without_lag():
     """With the velocity of the point fed forward, the axis stays on a moving point to 1e-3 rad."""
     of, dt = robot("panda"), 2e-3
@@ -138,6 +140,7 @@ def turning(t):
     return np.array([0.3, -0.2, 0.5]) * 2.0 * np.cos(2.0 * t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [Function(swung), Function(swung, turning), WithoutRate(Function(swung))])
 def test_an_axis_follows_a_moving_direction_without_lag(target):
     """With the rate of the direction fed forward; without it the axis lags by its rate through the gain."""

@@ -79,6 +79,7 @@ def test_a_coupling_is_the_linear_relation_of_its_ratios():
     assert ready.row_units == ("rad/s",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resolver", ["pinv", "active-set", "hqp/daqp"])
 def test_knees_bend_together_whatever_the_levels_below_ask_for(resolver):
     """A coupling that is met stays met to 1e-9 while the task below pulls its joints apart."""

@@ -47,6 +47,7 @@ def cases(blend):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", cases(0.4))
 def test_blended_transitions_are_lipschitz_in_time_and_switched_ones_are_not(case):
     """A quarter of the step means a quarter of the jump when blended, and the same jump when switched."""
@@ -112,6 +113,7 @@ def path_of_a_fast_arm(times, speed, dt):
     return np.array([control.step(Q, k * dt).v.copy() for k in range(round(0.8 / dt))])
 
 
+@pytest.mark.slow
 @given(speed=st.floats(0.1, 300.0), begin=st.booleans())
 @settings(max_examples=10, deadline=None)
 def test_a_transition_is_lipschitz_whatever_the_level_below_asks_for(speed, begin):
@@ -134,6 +136,7 @@ def test_planted_fault_the_band_does_not_look_at_the_velocity(times, monkeypatch
     assert jumps[1] > 0.8 * jumps[0]
 
 
+@pytest.mark.slow
 @given(speed=st.floats(0.1, 300.0), enabled=st.booleans())
 @settings(max_examples=10, deadline=None)
 def test_a_task_switched_while_running_is_lipschitz_too(speed, enabled):

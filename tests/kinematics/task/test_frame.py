@@ -102,6 +102,7 @@ def test_own_and_world_orientation_errors_are_one_rotation_vector_in_two_axes():
     np.testing.assert_allclose(own.error, log3(R.T @ goal[:3, :3]), atol=1e-13)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1), gain=st.floats(1.0, 400.0))
 def test_with_exact_feedforward_a_tracked_target_stays_tracked(seed, gain):
     """With e = 0, the v that meets the rows follows a tumbling target: after dt the error is O(dt²)."""

@@ -27,6 +27,7 @@ def test_the_rows_keep_the_contract(axes: str) -> None:
     check_task(LoopTask("loop_a", "loop_b", axes=axes), parallelogram_arm(), count=4)
 
 
+@pytest.mark.slow
 @pytest.mark.equation("3.118")
 @pytest.mark.parametrize("resolver", ["pinv", "active-set", "hqp/daqp"])
 def test_a_parallelogram_follows_its_tip(resolver: str) -> None:
@@ -50,6 +51,7 @@ def test_a_parallelogram_follows_its_tip(resolver: str) -> None:
     np.testing.assert_allclose(at.pose("tip")[:3, 3], circle.value(0.5), atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.equation("3.117", "3.118")
 def test_a_four_bar_turns_as_its_loop_says() -> None:
     """The crank goes round once; coupler and rocker follow the two circles that meet, to 1e-5 rad."""

@@ -27,6 +27,7 @@ def test_the_row_is_the_gradient_with_the_rate_that_is_left(name: str) -> None:
         np.testing.assert_allclose(task.error, [lack], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_objective_that_comes_first_is_kept_where_the_path_would_spoil_it() -> None:
     """Above the path, w stays above w_min to what one Euler step loses; below it, it does not."""
     of = robot("planar")

@@ -87,6 +87,7 @@ def test_the_contract_of_a_task_is_kept(kind: str) -> None:
     check_task(KINDS[kind](), ARM, count=4, tolerance=1e-6 if exact else 1e9)
 
 
+@pytest.mark.slow
 @pytest.mark.equation("3.82", "3.89", "3.92")
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_velocity_is_that_of_the_text(kind: str) -> None:
@@ -132,6 +133,7 @@ def cross(v: np.ndarray) -> np.ndarray:
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("angle", [0.5, np.pi / 2, 2.5, np.pi - 1e-9, np.pi])
 def test_no_error_stops_short(kind: str, angle: float) -> None:
@@ -143,6 +145,7 @@ def test_no_error_stops_short(kind: str, angle: float) -> None:
     assert angles[-1] < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["angle and axis", "quaternion", "logarithm"])
 def test_the_frame_turns_by_the_shortest_way(kind: str) -> None:
     """Beyond 90° as before it, the angle never grows: r sin ϑ alone would lead to 180°."""
@@ -153,6 +156,7 @@ def test_the_frame_turns_by_the_shortest_way(kind: str) -> None:
         assert (np.diff(angles) < 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.figure("3.11")
 @pytest.mark.equation("3.71", "3.93")
 @pytest.mark.parametrize(

@@ -36,6 +36,7 @@ def relative_pose(at, frame, root):
     return (pin.SE3(at.pose(root)).inverse() * pin.SE3(at.pose(frame))).homogeneous
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("expressed", ["own", "root"])
 @pytest.mark.parametrize("name", FRAMES)
 def test_the_rows_keep_the_contract(name, expressed):

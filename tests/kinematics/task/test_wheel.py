@@ -43,6 +43,7 @@ THREE = np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
 OMNI = cart(THREE + np.pi / 2.0, 0.3 * np.column_stack([np.cos(THREE), np.sin(THREE)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FRAMES)
 def test_wheels_keep_the_contract(name):
     """The height is a row with an error that dies out, the others ask for a velocity outright."""

@@ -290,6 +290,7 @@ DAMPED: dict[str, list[list[Task]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DAMPED)
 def test_arms_are_damped_as_one_by_one(name: str) -> None:
     """Goals in reach and out of reach: an arm is damped at the same steps, and has the same velocities."""

@@ -30,6 +30,7 @@ def in_the_ring(poses: Array) -> Array:
     return np.minimum(radius - (LINKS[0] - LINKS[1]), LINKS[0] + LINKS[1] - radius)
 
 
+@pytest.mark.slow
 def test_an_arm_of_three_links_reaches_what_its_ring_says() -> None:
     """Reached are the poses whose wrist lies in the ring; the posture is there, and w = a₁ a₂ |s₂|."""
     poses = planar_poses(60)

@@ -103,6 +103,7 @@ def gain_of_each_joint(robot: Robot, held: Held) -> dict[str, float]:
     return gains
 
 
+@pytest.mark.slow
 def test_the_limits_named_are_those_whose_relaxation_helps() -> None:
     """Relaxing a joint that is named lowers the least error; relaxing any other one changes nothing."""
     robot = Robot.load("panda", lock=("panda_finger_joint1", "panda_finger_joint2"))

@@ -44,6 +44,7 @@ def recorded(made: Scenario, answer: Resolver, folder: Path) -> tuple[list[Step]
     return steps, log.folder / "run.rrd"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "answer", "words"),
     [

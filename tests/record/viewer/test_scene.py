@@ -75,6 +75,7 @@ def test_the_ellipsoids_are_those_of_velocity_and_force(folder, steps, info):
             np.testing.assert_allclose(np.ravel(rows["manipulability"]), 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.figure("3.7")
 def test_the_trail_of_an_elbow_is_its_path(info, tmp_path):
     """Segments join the places of the frame at the ticks that are drawn, end to end."""
@@ -175,6 +176,7 @@ def test_no_two_robots_share_their_room(count, span, flat):
             assert (np.abs(offsets[i] - offsets[j])[:2] >= size[:2]).any()
 
 
+@pytest.mark.slow
 def test_a_mesh_becomes_triangles_with_unit_normals():
     """Of the Panda's hand: every index is a vertex, every used vertex has a normal of length 1, outward."""
     robot = Robot.load("panda")

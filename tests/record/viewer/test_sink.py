@@ -129,6 +129,7 @@ def test_the_summary_panel_ends_with_the_figures(folder, steps):
     assert "A short run." in last
 
 
+@pytest.mark.slow
 def test_batches_of_any_size_make_the_same_recording(info, steps, tmp_path):
     """Cutting a run into pieces changes neither a row nor a path segment."""
     files = written_in_pieces(info, steps["active-set"], tmp_path)

@@ -27,7 +27,7 @@ def test_the_second_search_ends_on_the_bounds_as_declared() -> None:
     hierarchy = Hierarchy([Level(np.eye(2), [2.0, 2.0])], limits=Level([[1.0, 1.0]], upper=[1.0]))
     x, state = np.zeros(2), np.zeros(5, np.int8)
     multipliers = np.zeros((2, 5))
-    outcome, *_ = search(hierarchy.rows, state, x, multipliers, np.int64(1), 100)
+    outcome, *_ = search(hierarchy.rows, state, x, multipliers, np.int64(1), 100, 0.0)
     assert outcome == Outcome.SOLVED
     np.testing.assert_allclose(x, [0.5, 0.5], rtol=0, atol=1e-13)
 
