@@ -13,6 +13,7 @@ from taskopt.bench.sweep.commands import sweeping
 from taskopt.errors import InvalidValue, NotInstalled, TaskoptError
 from taskopt.log_commands import logs_read
 from taskopt.run_commands import scenarios_run
+from taskopt.view_command import viewing
 
 app = typer.Typer(
     name="taskopt",
@@ -29,42 +30,7 @@ app.add_typer(scenarios_run)
 app.add_typer(bench, name="bench")
 app.add_typer(logs_read)
 app.add_typer(sweeping)
-
-
-@app.command()
-def view(
-    log: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="RECORDING",
-            help="A recording, or a folder that has some; by default the newest recording.",
-        ),
-    ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture (PNG) instead of opening a window.")
-    ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS", help="Time in the run that the picture shows; by default the middle."
-        ),
-    ] = None,
-    logs: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Folder in which the newest recording is looked for.")
-    ] = Path("logs"),
-) -> None:
-    """Open a recording in the Rerun viewer."""
-    from taskopt.record.reading import find_recording
-    from taskopt.record.viewer.open import show
-
-    path = find_recording(log or logs)
-    if picture is None:
-        show(path)
-    else:
-        from taskopt.record.viewer.picture import take_picture
-
-        take_picture(path, picture, at)
-        typer.echo(f"wrote {picture}, a picture of {path}")
+app.add_typer(viewing)
 
 
 @app.command()

@@ -28,6 +28,7 @@ DECLARED_LAZY = (  # commands import what they need, so that --help is quick
     "taskopt/cli.py",
     "taskopt/log_commands.py",
     "taskopt/run_commands.py",
+    "taskopt/view_command.py",
 )  # fmt: skip
 OLD_WORDS = (
     "twin", "leak", "chatter", "settle", "nudge", "pardon", "restated", "flatten", "unanswered", "swings",

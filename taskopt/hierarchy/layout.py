@@ -1,6 +1,6 @@
 """The names and sizes of a hierarchy, which stay the same from tick to tick."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -27,6 +27,21 @@ def numbered(names: Iterable[str]) -> list[str]:
         free = (f"{name} {i}" for i in count(2))
         taken.append(name if name not in taken else next(n for n in free if n not in taken))
     return taken
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Drop the prefix that all names share.
+
+    Args:
+        names: Names such as "panda_joint1", "panda_joint2".
+
+    Returns:
+        The names after the last underscore of the prefix, such as "joint1", "joint2".
+    """
+    alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)] if len(names) > 1 else []
+    common = names[0][: [*alike, False].index(False)] if names else ""
+    start = common.rfind("_") + 1
+    return [name[start:] for name in names]
 
 
 @dataclass(frozen=True)

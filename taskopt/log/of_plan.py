@@ -8,9 +8,12 @@ import numpy as np
 
 from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.layout import Layout
+from taskopt.kinematics.geometry.shapes import facts_of
 from taskopt.kinematics.plan import base_box
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.robot.tree import tree_of
 from taskopt.kinematics.stack import Plan
+from taskopt.kinematics.task import BoundTask
 from taskopt.log.description import Description
 from taskopt.log.provenance import Json, plain
 from taskopt.log.raw import Tick
@@ -49,6 +52,8 @@ def description_of(
             for t in plan.tasks
         ],
         "limits": [{"name": limit.name, "kind": type(limit).__name__} for limit in plan.limits],
+        "obstacles": {name: facts_of(shape) for name, shape in plan.obstacles.items()},
+        "regions": {t.name: _region(t) for t in plan.tasks if t.box is not None or t.cone is not None},
     }
     return Description(
         layout=plan.layout,
@@ -74,9 +79,6 @@ def robot_facts(robot: Robot) -> dict[str, Json]:
         Names, units and limits, with null where there is no limit.
     """
 
-    def limits(values: Array) -> list[float | None]:
-        return [float(value) if np.isfinite(value) else None for value in values]
-
     return {
         "name": robot.name,
         "nq": robot.nq,
@@ -84,9 +86,10 @@ def robot_facts(robot: Robot) -> dict[str, Json]:
         "velocities": list(robot.velocity_names),
         "units": list(robot.coordinate_units),
         "position_index": robot.position_index.tolist(),
-        "position_lower": limits(robot.position_lower),
-        "position_upper": limits(robot.position_upper),
-        "velocity_limit": limits(robot.velocity_limit),
+        "position_lower": _limits(robot.position_lower),
+        "position_upper": _limits(robot.position_upper),
+        "velocity_limit": _limits(robot.velocity_limit),
+        "tree": tree_of(robot),
     }
 
 
@@ -170,6 +173,22 @@ def _coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
         if index >= 0:
             names[index], units[index] = robot.velocity_names[k], robot.coordinate_units[k]
     return tuple(names), tuple(units)
+
+
+def _limits(values: Array) -> list[float | None]:
+    """Return numbers, with null for what is no limit."""
+    return [float(value) if np.isfinite(value) else None for value in values]
+
+
+def _region(task: BoundTask) -> dict[str, Json]:
+    """Describe the box and the cone of a task, which a viewer draws."""
+    region: dict[str, Json] = {}
+    if task.box is not None:
+        region["box"] = [_limits(side) for side in task.box]
+    if task.cone is not None:
+        frame, axis, half_angle = task.cone
+        region["cone"] = {"frame": frame, "axis": axis.tolist(), "half_angle": float(half_angle)}
+    return region
 
 
 def _integrated(unit: str) -> str:

@@ -64,7 +64,7 @@ def spans(log: Log, resolver: str) -> tuple[Span, ...]:
         for first, last in _runs(code[:, i]):
             name, side = _name(log, i, int(code[first, i])), "upper" if code[first, i] > 0 else "lower"
             price, level = _price(multipliers[first : last + 1, :, i])
-            unit = _unit(log, i, level)
+            unit = price_unit(log, i, level)
             length = float(t[last] + steps[last] - t[first])
             span = Span(
                 name, side, int(rows[first]), int(rows[last]), float(t[first]), length, price, level, unit
@@ -110,8 +110,17 @@ def _price(multipliers: Array) -> tuple[float, int]:
     return float(multipliers[np.argmax(size[:, level]), level]), level + 1
 
 
-def _unit(log: Log, i: int, level: int) -> str:
-    """Return the unit of a price: the square of that of the rows of the level, per unit of the bound."""
+def price_unit(log: Log, i: int, level: int) -> str:
+    """Return the unit of a price: the square of that of the rows of the level, per unit of the bound.
+
+    Args:
+        log: The log.
+        i: Number of an unknown, or n plus that of a row.
+        level: The level, 1 for the first.
+
+    Returns:
+        The unit; "" at the norm.
+    """
     layout = log.layout
     if not 0 < level <= layout.level_count:
         return ""

@@ -3,8 +3,9 @@
 The shapes are frozen records that can be compared and hashed. `geometry.coal` turns them into Coal's own.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from typing_extensions import TypeAliasType
@@ -194,6 +195,31 @@ def named_apart(groups: Iterable[Iterable[Shape]]) -> list[tuple[Shape, ...]]:
     distinct = list(dict.fromkeys(shape for group in collected for shape in group))
     name_of = dict(zip(distinct, obstacle_names(distinct), strict=True))
     return [tuple(replace(shape, name=name_of[shape]) for shape in group) for group in collected]
+
+
+def facts_of(shape: Shape) -> dict[str, Any]:
+    """Describe an obstacle by plain data.
+
+    Args:
+        shape: The obstacle.
+
+    Returns:
+        The name of its class as "kind", and its attributes.
+    """
+    return {"kind": type(shape).__name__, **asdict(shape)}
+
+
+def shape_of(facts: Mapping[str, Any]) -> Shape:
+    """Make an obstacle again from its data.
+
+    Args:
+        facts: What `facts_of` returned, perhaps through JSON.
+
+    Returns:
+        The obstacle.
+    """
+    kinds = {kind.__name__: kind for kind in SHAPES}
+    return kinds[facts["kind"]](**{name: value for name, value in facts.items() if name != "kind"})
 
 
 def turning_z_to(direction: Array) -> Array:

@@ -55,7 +55,12 @@ def complete_layout(views: rrb.Container) -> rrb.Blueprint:
         The layout.
     """
     time = rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused")
-    panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden"), time
+    hidden = (
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.TopPanel(state="hidden"),
+    )
+    panels = *hidden, time
     return rrb.Blueprint(views, *panels, auto_views=False)
 
 
@@ -96,7 +101,7 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
         yield rrb.Tabs(*objectives, name="Objectives"), 0.8
     if several and gauge.keeps_positions:
         paths = [data_path(name, "position_violation") for name in info.resolvers]
-        yield _plot("Beyond the position limits [rad]", paths), 0.9
+        yield plot_view("Beyond the position limits [rad]", paths), 0.9
     if gauge.ranged.any():
         yield _one_tab_each(info, "Position in its range", "q_normalised", RANGE), 1.0
     if gauge.bounded.any():
@@ -109,7 +114,7 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
         yield _one_tab_each(info, "Multipliers (prices)", "multiplier"), 1.0
         yield _active_timelines(info), 2.1 if info.plan.distance_limits else 1.6
     yield rrb.Tabs(*_proofs(info), name="Proof"), 0.8
-    yield _plot("Solve time [µs]", [data_path(name, "timing") for name in info.resolvers]), 0.8
+    yield plot_view("Solve time [µs]", [data_path(name, "timing") for name in info.resolvers]), 0.8
 
 
 def _scene(info: RunInfo, arrangement: Arrangement) -> View:
@@ -132,16 +137,50 @@ def _texts() -> View:
     return rrb.Tabs(summary, events, active_tab=0, name="About")
 
 
-def _plot(name: str, paths: Sequence[str], axis: rrb.ScalarAxis | None = None) -> View:
-    """Plot some entities on the common time axis."""
+def plot_view(
+    name: str,
+    paths: Sequence[str],
+    axis: rrb.ScalarAxis | None = None,
+    end: float | None = None,
+    *,
+    legend: bool = True,
+) -> View:
+    """Plot some entities on the common time axis.
+
+    Args:
+        name: Its title.
+        paths: The entities.
+        axis: The axis of the numbers; default: what fits.
+        end: The time at which the axis ends [s]; default: what the viewer chooses.
+        legend: False for more lines than a legend of this height can name.
+
+    Returns:
+        The view.
+    """
     return rrb.TimeSeriesView(
         name=name,
         origin="/",
         contents=[f"+ {path}" for path in paths],
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_x=time_axis(end),
         axis_y=axis,
-        plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.RightTop),
+        plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
     )
+
+
+def time_axis(end: float | None = None) -> rrb.TimeAxis:
+    """Return the time axis that plots and lanes share.
+
+    Args:
+        end: Time at which it ends [s]; default: what the viewer chooses.
+
+    Returns:
+        The axis, which begins at 0 s.
+    """
+    link = rrb.components.LinkAxis.LinkToGlobal
+    if end is None:
+        return rrb.TimeAxis(link=link)
+    start, stop = (rrb.TimeRangeBoundary.absolute(seconds=at) for at in (0.0, end))
+    return rrb.TimeAxis(link=link, view_range=rrb.TimeRange(start=start, end=stop))
 
 
 def _distances(info: RunInfo) -> list[View]:
@@ -152,15 +191,17 @@ def _distances(info: RunInfo) -> list[View]:
         pairs = [all_pairs_path(info.resolvers[0], limit)] if len(info.resolvers) == 1 else []
         axis = rrb.ScalarAxis(range=(-0.2 * bound.influence, 1.2 * bound.influence), zoom_lock=True)
         title = f"Distance: {limit.replace('_', ' ')} [m]"
-        plots.append(_plot(title, [*paths, margin_path(limit), *pairs], axis))
+        plots.append(plot_view(title, [*paths, margin_path(limit), *pairs], axis))
     return plots
 
 
 def _one_tab_each(info: RunInfo, name: str, key: str, *more: str) -> View:
     """Plot one quantity, with a tab for each of several resolvers."""
     if len(info.resolvers) == 1:
-        return _plot(name, [data_path(info.resolvers[0], key), *more])
-    tabs = [_plot(f"{name}: {resolver}", [data_path(resolver, key), *more]) for resolver in info.resolvers]
+        return plot_view(name, [data_path(info.resolvers[0], key), *more])
+    tabs = [
+        plot_view(f"{name}: {resolver}", [data_path(resolver, key), *more]) for resolver in info.resolvers
+    ]
     return rrb.Tabs(*tabs, active_tab=_front_tab(info), name=name)
 
 
@@ -191,7 +232,7 @@ def _errors(info: RunInfo) -> list[View]:
     for unit in UNITS:
         fitting = [task.name for task in tasks if rows_in_unit(task, unit).any()]
         paths = [data_path(name, "task", task, unit) for name in info.resolvers for task in fitting]
-        plots += [_plot(f"Task error [{unit}]", paths)] if paths else []
+        plots += [plot_view(f"Task error [{unit}]", paths)] if paths else []
     return plots
 
 
@@ -200,7 +241,7 @@ def _objectives(info: RunInfo) -> list[View]:
     plots = []
     for term in objective_terms(info):
         paths = [data_path(name, "objective", term.task, term.name) for name in info.resolvers]
-        plots.append(_plot(f"Objective: {term.name}", paths))
+        plots.append(plot_view(f"Objective: {term.name}", paths))
     return plots
 
 
@@ -210,7 +251,7 @@ def _proofs(info: RunInfo) -> list[View]:
     residuals = [data_path(name, "kkt_residual") for name in info.resolvers]
     distances = [closed_form_path(name) for name in info.resolvers]
     return [
-        _plot("Proof, log10 of the error bound over max(1, |v|)", bounds),
-        _plot("KKT residual, log10 of the largest", residuals),
-        _plot("Distance to the closed form, log10 [rad/s]", distances),
+        plot_view("Proof, log10 of the error bound over max(1, |v|)", bounds),
+        plot_view("KKT residual, log10 of the largest", residuals),
+        plot_view("Distance to the closed form, log10 [rad/s]", distances),
     ]

@@ -13,8 +13,8 @@ from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.analysis.ellipsoid import Ellipsoid, force_ellipsoid, velocity_ellipsoid
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.pose import log3
-from taskopt.record.batch import Batch
-from taskopt.record.run_info import RunInfo
+from taskopt.kinematics.robot import Robot
+from taskopt.record.viewer.motion import Motion
 from taskopt.record.viewer.palette import ELLIPSOID, FORCE_ELLIPSOID, colours
 from taskopt.record.viewer.writer import RecordingWriter
 
@@ -26,17 +26,18 @@ _LONGEST = 0.3  # longest semi-axis that is drawn: at a singularity that of forc
 class Ellipsoids:
     """Draw both ellipsoids of a frame, each scaled to the size of the scene."""
 
-    def __init__(self, info: RunInfo, frame: str, size: float) -> None:
+    def __init__(self, robot: Robot, start: Array, frame: str, size: float) -> None:
         """Choose the scales from the ellipsoids at the start posture.
 
         Args:
-            info: The facts about the run.
+            robot: The robot.
+            start: The start posture, (nq,).
             frame: The name of the frame.
             size: The size of the scene [m].
         """
         self._frame, self._size = frame, size
-        self._configuration = Configuration(info.scenario.robot, info.scenario.start)
-        J = self._jacobian(info.scenario.start)
+        self._configuration = Configuration(robot, start)
+        J = self._jacobian(start)
         self._velocity_scale = self._scale(velocity_ellipsoid(J))
         self._force_scale = self._scale(force_ellipsoid(J))
 
@@ -52,13 +53,13 @@ class Ellipsoids:
         force = rr.Ellipsoids3D.from_fields(colors=colours(FORCE_ELLIPSOID), fill_mode="majorwireframe")
         writer.log_static(f"{path}/force", force)
 
-    def send(self, writer: RecordingWriter, path: str, batch: Batch, ticks: IntArray) -> None:
+    def send(self, writer: RecordingWriter, path: str, batch: Motion, ticks: IntArray) -> None:
         """Send the ellipsoids at some ticks.
 
         Args:
             writer: The recording.
             path: The entity path of their parent.
-            batch: Consecutive steps of one resolver.
+            batch: Consecutive ticks of one arm.
             ticks: The positions of the ticks in the batch.
         """
         jacobians, centres = [], []

@@ -9,8 +9,8 @@ import rerun as rr
 from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.geometry.coal import obstacle_object
 from taskopt.kinematics.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
-from taskopt.record.batch import Batch
 from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.motion import Motion
 from taskopt.record.viewer.palette import OBSTACLE
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.robot3d import archetype
@@ -78,20 +78,21 @@ class Obstacles:
                 pose = self._drawn_at(name, shape.pose)
                 writer.log_static(path, rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
 
-    def send(self, writer: RecordingWriter, batch: Batch, ticks: IntArray) -> None:
+    def send(self, writer: RecordingWriter, resolver: str, batch: Motion, ticks: IntArray) -> None:
         """Send the poses of the obstacles that move.
 
         Args:
             writer: The recording.
-            batch: Consecutive steps of one resolver.
+            resolver: The name of the resolver.
+            batch: Consecutive ticks of its robot.
             ticks: The positions of the ticks in the batch.
         """
-        for name in batch.moving:
-            poses = np.array([self._drawn_at(name, pose) for pose in batch.obstacle(name)[ticks]])
+        for name, known in batch.moving.items():
+            poses = np.array([self._drawn_at(name, pose) for pose in known[ticks]])
             placed = rr.Transform3D.columns(
                 translation=poses[:, :3, 3], mat3x3=poses[:, :3, :3].reshape(-1, 9)
             )
-            path = world_path(batch.resolver, "obstacle", name)
+            path = world_path(resolver, "obstacle", name)
             writer.send_columns(path, batch.index[ticks], batch.time[ticks], placed)
 
     def _drawn_at(self, name: str, pose: Array) -> Array:

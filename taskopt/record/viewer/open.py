@@ -25,12 +25,25 @@ def show(file: Path) -> None:
         InvalidValue: If there is no display to open the window on.
         NotInstalled: If the viewer is not installed.
     """
+    require_display(file)
+    launch(str(file), start_new_session=True)
+
+
+def require_display(file: Path) -> None:
+    """Raise an error unless a window can be opened.
+
+    Args:
+        file: What is to be shown in it.
+
+    Raises:
+        InvalidValue: If there is no display.
+    """
     if not has_display():
+        command = "taskopt view" if file.suffix == ".arrow" else "rerun"
         raise InvalidValue(
             f"there is no display to open {file} on; write a picture instead (--picture out.png), or "
-            f"copy the file to a machine with a display and run: rerun {file.name}"
+            f"copy the file to a machine with a display and run: {command} {file.name}"
         )
-    subprocess.Popen([viewer_program(), str(file)], start_new_session=True)
 
 
 def live_viewer(port: int = PORT) -> str:
@@ -54,7 +67,7 @@ def live_viewer(port: int = PORT) -> str:
             f"no viewer listens on port {port} and there is no display to open one on; start one elsewhere "
             f"and forward the port (ssh -R {port}:localhost:{port} HOST), or leave out --live"
         )
-    subprocess.Popen([viewer_program(), "--port", str(port), "--bind", "127.0.0.1"], start_new_session=True)
+    launch(port=port, start_new_session=True)
     start = time.monotonic()
     while time.monotonic() - start < _PATIENCE:
         if listens(port):
@@ -62,6 +75,29 @@ def live_viewer(port: int = PORT) -> str:
         time.sleep(0.1)
     raise InvalidValue(
         f"the viewer did not start within {_PATIENCE:g} s; leave out --live and open the recording later"
+    )
+
+
+def launch(*words: str, port: int = PORT, start_new_session: bool = False) -> "subprocess.Popen[bytes]":
+    """Start a viewer that only this machine can reach, and that says nothing on the terminal.
+
+    If a viewer listens on the port already, it opens the files of the words, and the new one ends.
+
+    Args:
+        *words: Files to open, and options of the program.
+        port: The port that it listens on.
+        start_new_session: True if the viewer outlives this process.
+
+    Returns:
+        The process.
+
+    Raises:
+        NotInstalled: If the viewer is not installed.
+    """
+    command = [viewer_program(), *words, "--port", str(port), "--bind", "127.0.0.1"]
+    quiet, nowhere = {**os.environ, "RUST_LOG": "error"}, subprocess.DEVNULL
+    return subprocess.Popen(
+        command, env=quiet, stdout=nowhere, stderr=nowhere, start_new_session=start_new_session
     )
 
 

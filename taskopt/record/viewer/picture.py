@@ -1,6 +1,5 @@
 """Pictures of a recording on machines without a display, drawn by Rerun's own viewer."""
 
-import os
 import socket
 import subprocess
 import time
@@ -11,7 +10,7 @@ from pathlib import Path
 from rerun.experimental import ViewerClient
 
 from taskopt.errors import BadLog, InvalidValue, MissingFile, TaskoptError
-from taskopt.record.viewer.open import viewer_program
+from taskopt.record.viewer.open import launch
 from taskopt.record.viewer.writer import TIME
 
 SIZE = "1920x1080"
@@ -19,6 +18,7 @@ _PATIENCE = 60.0  # [s] for each of: start, load, draw
 _IDLE = 8.0  # [s] without loading after which no step will come
 _FIRST = 3.0  # [s] before the first look at the screen
 _BETWEEN = 1.5  # [s] between two looks; once they are alike, everything is loaded and laid out
+_AFTER = 0.1  # [s] after the last tick that still are its time
 _GOODBYE = 5.0  # [s] for the viewer to end before it is killed
 _DRIVERS = "apt-get install mesa-vulkan-drivers libvulkan1"
 
@@ -27,13 +27,14 @@ class NoGraphics(TaskoptError, RuntimeError):
     """An error that is raised if neither a GPU nor a software renderer can draw; it says what to install."""
 
 
-def take_picture(recording: Path, picture: Path, at: float | None = None) -> Path:
+def take_picture(recording: Path, picture: Path, at: float | None = None, size: str = SIZE) -> Path:
     """Draw a recording in its own layout to a PNG file, which takes about 10 s.
 
     Args:
         recording: The recording.
-        picture: The PNG file to write, 1920 × 1080 pixels.
+        picture: The PNG file to write.
         at: The time of the cursor [s]; without it the cursor is in the middle of the run.
+        size: Width and height [pixels], such as "1920x1080".
 
     Returns:
         The path of the picture.
@@ -41,7 +42,7 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
     Raises:
         MissingFile: If there is no recording.
         BadLog: If the recording has no steps.
-        InvalidValue: If the time is negative, or the picture cannot be written.
+        InvalidValue: If the time is not in the recording, or the picture cannot be written as PNG.
         NoGraphics: If there is neither a GPU nor a software renderer, or the viewer ends or
             does not answer while it draws.
     """
@@ -49,12 +50,16 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
         raise MissingFile(f"no recording at {recording}")
     if at is not None and at < 0.0:
         raise InvalidValue(f"the time of a picture must be ≥ 0 s, got {at:g}")
+    if picture.suffix.lower() != ".png":
+        raise InvalidValue(f"a picture is a file *.png, got {picture.name}")
     if not picture.parent.is_dir():
         raise InvalidValue(f"cannot write {picture}: there is no folder {picture.parent}")
     try:
-        with _headless() as viewer:
+        with headless(size) as viewer:
             viewer.open(str(recording.resolve()))
             end = _loaded(viewer, recording)
+            if at is not None and at > end + _AFTER:
+                raise InvalidValue(f"{recording} ends at {end:g} s; there is no picture at {at:g} s")
             viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
             image = _final_screen(viewer)
     except (ConnectionError, TimeoutError) as error:
@@ -69,14 +74,20 @@ def take_picture(recording: Path, picture: Path, at: float | None = None) -> Pat
 
 
 @contextmanager
-def _headless() -> Iterator[ViewerClient]:
-    """Run a viewer without a window that only this machine can reach; it ends with the context."""
+def headless(size: str = SIZE) -> Iterator[ViewerClient]:
+    """Run a viewer without a window that only this machine can reach; it ends with the context.
+
+    Args:
+        size: Width and height of what it draws [pixels], such as "1920x1080".
+
+    Yields:
+        The viewer.
+
+    Raises:
+        NoGraphics: There is neither a GPU nor a software renderer.
+    """
     port = _free_port()
-    words = [viewer_program(), "--headless", "--port", str(port), "--bind", "127.0.0.1"]
-    words += ["--hide-welcome-screen", "--window-size", SIZE]
-    quiet = {**os.environ, "RUST_LOG": "error"}
-    nowhere = subprocess.DEVNULL
-    program = subprocess.Popen(words, env=quiet, stdout=nowhere, stderr=nowhere)
+    program = launch("--headless", "--hide-welcome-screen", "--window-size", size, port=port)
     try:
         _wait_until_up(program, port)
         yield ViewerClient.connect(_address(port))

@@ -6,6 +6,7 @@ import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array, IntArray
+from taskopt.hierarchy.layout import short_names
 from taskopt.hierarchy.tolerances import ACCURACY
 from taskopt.kinematics.configuration import Configuration
 from taskopt.record.batch import Batch
@@ -13,7 +14,7 @@ from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.drawable_text import drawable
 from taskopt.record.viewer.palette import LIMIT_LINE, Colours, colours, line_colours, resolver_colour
 from taskopt.record.viewer.paths import PROOF, RANGE, closed_form_path, data_path
-from taskopt.record.viewer.rows import limit_rows, objective_terms, pair_rows, rows_in_unit, short_names
+from taskopt.record.viewer.rows import limit_rows, objective_terms, pair_rows, rows_in_unit
 from taskopt.record.viewer.writer import RecordingWriter
 from taskopt.record.violation import LimitGauge
 
@@ -69,13 +70,13 @@ class Plots:
             "q_normalised": self._gauge.position_share(batch.q),
             "v_normalised": self._gauge.velocity_share(batch.v),
             "multiplier": self._multiplier_columns(batch),
-            "kkt_residual": _log10(batch.kkt_residual),
+            "kkt_residual": log10(batch.kkt_residual),
             "timing": 1e6 * batch.seconds,
             "position_violation": self._gauge.position_violation(batch),
         }
         for key, rows in vectors.items():
             _send_rows(writer, data_path(batch.resolver, key), batch, rows)
-        _send_rows(writer, closed_form_path(batch.resolver), batch, _log10(batch.closed_form_distance))
+        _send_rows(writer, closed_form_path(batch.resolver), batch, log10(batch.closed_form_distance))
         _send_bounds(writer, batch)
         self._send_errors(writer, batch)
         self._send_objectives(writer, batch)
@@ -186,11 +187,18 @@ def _send_bounds(writer: RecordingWriter, batch: Batch) -> None:
     ticks = np.flatnonzero(batch.judged)
     if len(ticks):
         bound = (batch.error_bound[ticks] / np.maximum(1.0, np.abs(batch.v[ticks]))).max(axis=1)
-        lines = rr.Scalars.columns(scalars=_log10(bound))
+        lines = rr.Scalars.columns(scalars=log10(bound))
         path = data_path(batch.resolver, "error_bound")
         writer.send_columns(path, batch.index[ticks], batch.time[ticks], lines)
 
 
-def _log10(values: Array) -> Array:
-    """Return log10 of values ≥ 0, cut to the range that is drawn."""
+def log10(values: Array) -> Array:
+    """Return log10 of numbers, cut to the range that is drawn.
+
+    Args:
+        values: Numbers ≥ 0; NaN stays NaN.
+
+    Returns:
+        The logarithms.
+    """
     return np.log10(np.clip(values, 10.0 ** _DECADES[0], 10.0 ** _DECADES[1]))

@@ -6,10 +6,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from taskopt.arrays import Array
 from taskopt.errors import InvalidValue
 from taskopt.loop.batch.reach import ReachMap
-from taskopt.record.viewer.arrangement import Arrangement, Camera, arrange
+from taskopt.record.viewer.arrangement import Camera, arrange
 from taskopt.record.viewer.blueprint import complete_layout, scene_view
 from taskopt.record.viewer.palette import FREE, TARGET, colours, ramp
 from taskopt.record.viewer.paths import data_path
@@ -18,8 +17,6 @@ from taskopt.record.viewer.writer import RecordingWriter
 
 _RATE = 10  # postures that are shown in a second
 _POINT, _PLACE = 0.012, 0.03  # share of the size of the scene
-_FLAT = 0.05  # poses whose depth is a smaller share of their extent are looked at along the normal
-_AWAY = 1.0  # distance of the camera from such a map, as a share of the size of the scene
 _AT, _VALUE = "/world/at", data_path("map", "manipulability")
 
 
@@ -47,8 +44,8 @@ def record_reach_map(found: ReachMap, path: str | Path) -> Path:
         raise InvalidValue(f"there is nothing to record: {found!r}")
     points = found.poses[:, :3, 3]
     drawing = RobotDrawing(found.robot)
-    scene = arrange([points, drawing.corners(found.q[reached[0]])], 1)
-    writer = RecordingWriter(path, f"{found.robot.name} reaches", _layout(found, _camera(points, scene)))
+    scene = arrange([drawing.corners(found.q[reached[0]])], 1, paths=[points])
+    writer = RecordingWriter(path, f"{found.robot.name} reaches", _layout(found, scene.camera(1)))
     writer.log_static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     value, size = found.manipulability[reached], _POINT * scene.size
     shades = ramp(value / max(float(value.max()), np.finfo(np.float64).tiny))
@@ -74,15 +71,3 @@ def _layout(found: ReachMap, camera: Camera) -> rrb.Blueprint:
     view = scene_view(f"{found.frame} of {found.robot.name}: {reached}", camera)
     plot = rrb.TimeSeriesView(name="Manipulability of the posture", origin=_VALUE)
     return complete_layout(rrb.Vertical(view, plot, row_shares=[4.0, 1.0]))
-
-
-def _camera(points: Array, scene: Arrangement) -> Camera:
-    """Choose a camera that looks at points in a vertical plane from the front, and at others from aside."""
-    usual = scene.camera(1)
-    _, extent, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    normal = axes[-1]
-    if len(points) < 4 or extent[-1] > _FLAT * extent[0] or abs(normal[2]) > 0.5:
-        return usual
-    side = np.sign(normal @ (usual.position - usual.look_target)) or 1.0
-    centre = 0.5 * (scene.lower + scene.upper)
-    return usual._replace(position=centre + side * _AWAY * scene.size * normal, look_target=centre)

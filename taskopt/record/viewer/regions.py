@@ -1,13 +1,16 @@
 """The regions of inequality tasks in the scene: boxes that stand still, and cones that move with a frame."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import rerun as rr
 
 from taskopt.arrays import Array, IntArray
 from taskopt.kinematics.configuration import Configuration
-from taskopt.record.batch import Batch
-from taskopt.record.run_info import RunInfo
+from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.task.base import Cone
 from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.motion import Motion
 from taskopt.record.viewer.palette import TARGET, colours
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.writer import RecordingWriter
@@ -19,18 +22,20 @@ _RAYS = 24  # corners of the rim of a cone
 class Regions:
     """Draw the boxes and cones of the tasks of a run."""
 
-    def __init__(self, info: RunInfo, arrangement: Arrangement) -> None:
-        """Find the regions.
+    def __init__(
+        self, robot: Robot, boxes: Mapping[str, Array], cones: Mapping[str, Cone], arrangement: Arrangement
+    ) -> None:
+        """Prepare to draw.
 
         Args:
-            info: The facts about the run.
+            robot: The robot that carries the cones.
+            boxes: Lower and upper corner of the box of a task, (2, 3) [m], by the name of the task.
+            cones: Frame, unit axis in it and half angle [rad] of the cone of a task, by the name of the task.
             arrangement: The arrangement of the scene, at whose edge open sides of boxes end.
         """
         self._arrangement = arrangement
-        self._configuration = Configuration(info.scenario.robot, info.scenario.start)
-        tasks = info.plan.tasks
-        self._boxes = {task.name: task.box for task in tasks if task.box is not None}
-        self._cones = {task.name: task.cone for task in tasks if task.cone is not None}
+        self._configuration = Configuration(robot, robot.neutral)
+        self._boxes, self._cones = boxes, cones
 
     def draw(self, writer: RecordingWriter, resolver: str) -> None:
         """Send the boxes and the shapes of the cones.
@@ -50,12 +55,13 @@ class Regions:
             cone = rr.LineStrips3D(strips, colors=colours(TARGET), radii=thin)
             writer.log_static(world_path(resolver, "task", name, "region"), cone)
 
-    def send(self, writer: RecordingWriter, batch: Batch, ticks: IntArray) -> None:
+    def send(self, writer: RecordingWriter, resolver: str, batch: Motion, ticks: IntArray) -> None:
         """Move the cones with their frames.
 
         Args:
             writer: The recording.
-            batch: Consecutive steps of one resolver.
+            resolver: The name of the resolver.
+            batch: Consecutive ticks of its robot.
             ticks: The positions of the ticks in the batch that are drawn.
         """
         for name, (frame, _, _) in self._cones.items():
@@ -66,7 +72,7 @@ class Regions:
             motion = rr.Transform3D.columns(
                 translation=poses[:, :3, 3], mat3x3=poses[:, :3, :3].reshape(-1, 9)
             )
-            path = world_path(batch.resolver, "task", name, "region")
+            path = world_path(resolver, "task", name, "region")
             writer.send_columns(path, batch.index[ticks], batch.time[ticks], motion)
 
 

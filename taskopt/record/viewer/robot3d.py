@@ -145,6 +145,11 @@ class RobotDrawing:
         points = np.array([*centres, *poses[:, :3, 3]])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
+    @property
+    def thickness(self) -> float:
+        """Median over all shapes of half their smallest side [m]; 0 without shapes."""
+        return float(np.median([_half_thickness(shape) for shape in self._shapes] or [0.0]))
+
     def _painted(self, shape: GeometryObject, colour: int) -> Drawn | None:
         """Draw a shape in one colour; a mesh becomes bare triangles, a quarter of the size of its file."""
         if not type(shape.geometry).__name__.startswith("BVHModel"):
@@ -212,6 +217,13 @@ def _mesh(parts: Triangles, paint: int) -> rr.Mesh3D:
     return rr.Mesh3D(
         vertex_positions=vertices, triangle_indices=faces, vertex_normals=normals, albedo_factor=paint
     )
+
+
+def _half_thickness(shape: GeometryObject) -> float:
+    """Return half the smallest side of the box around a shape [m]."""
+    shape.geometry.computeLocalAABB()
+    box = shape.geometry.aabb_local
+    return 0.5 * float(min(box.width(), box.height(), box.depth()))
 
 
 def _centre(shape: GeometryObject) -> Array:

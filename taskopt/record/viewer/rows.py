@@ -118,21 +118,6 @@ def objective_terms(info: RunInfo) -> tuple[ObjectiveTerm, ...]:
     return tuple(terms)
 
 
-def short_names(names: tuple[str, ...]) -> list[str]:
-    """Drop the prefix that all names share.
-
-    Args:
-        names: Names such as "panda_joint1", "panda_joint2".
-
-    Returns:
-        The names after the last underscore of the prefix, such as "joint1", "joint2".
-    """
-    alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)] if len(names) > 1 else []
-    common = names[0][: [*alike, False].index(False)] if names else ""
-    start = common.rfind("_") + 1
-    return [name[start:] for name in names]
-
-
 def _term_name(objective: Objective) -> str:
     """Name an objective by its class, and by its frame if it has one."""
     name = type(objective).__name__

@@ -8,6 +8,7 @@ from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import arrange
 from taskopt.record.viewer.ellipsoids import Ellipsoids
+from taskopt.record.viewer.motion import motion_of
 from taskopt.record.viewer.obstacles import Obstacles, obstacle_corners
 from taskopt.record.viewer.palette import ERROR, TARGET, colours, resolver_colour
 from taskopt.record.viewer.paths import world_path
@@ -41,16 +42,19 @@ class Scene:
         self._last: dict[str, Array] = {}  # the last point of each actual path, (1, 3)
         self._placed = {task.name for task in info.plan.tasks if rows_in_unit(task, "m").any()}
         self._desired, moved = desired_paths(info)
-        reached = [self._robot.corners(info.scenario.start), *self._desired.values()]
+        reached, paths = [self._robot.corners(info.scenario.start)], [*self._desired.values()]
         obstacles = info.plan.obstacles
         around = [obstacle_corners(shape) for shape in obstacles.values()]
-        self.arrangement = arrange(reached, len(info.resolvers), [*around, *moved.values()])
+        self.arrangement = arrange(reached, len(info.resolvers), [*around, *moved.values()], paths)
         self._obstacles = Obstacles(obstacles, info.plan.moving.keys(), self.arrangement)
-        self._regions = Regions(info, self.arrangement)
+        robot, tasks = info.scenario.robot, info.plan.tasks
+        boxes = {task.name: task.box for task in tasks if task.box is not None}
+        cones = {task.name: task.cone for task in tasks if task.cone is not None}
+        self._regions = Regions(robot, boxes, cones, self.arrangement)
         self._trails = Trails(info)
         frame = next((task.frame for task in info.plan.tasks if task.frame is not None), None)
         size = self.arrangement.size
-        self._ellipsoids = None if frame is None else Ellipsoids(info, frame, size)
+        self._ellipsoids = None if frame is None else Ellipsoids(robot, info.scenario.start, frame, size)
 
     def draw(self, writer: RecordingWriter) -> None:
         """Send everything that stands still: shapes, obstacles, desired paths, names and colours.
@@ -83,19 +87,20 @@ class Scene:
             writer: The recording.
             batch: The steps that follow those of the last call for the same resolver.
         """
+        motion = motion_of(batch)
         dt, robot = self._info.scenario.dt, world_path(batch.resolver, "robot")
         ticks = batch.ticks_every(_MOTION_PERIOD, dt)
         self._robot.move(writer, robot, batch.index[ticks], batch.time[ticks], batch.q[ticks])
-        self._obstacles.send(writer, batch, ticks)
+        self._obstacles.send(writer, batch.resolver, motion, ticks)
         ticks = batch.ticks_every(_DETAIL_PERIOD, dt)
         if not len(ticks):
             return
-        self._regions.send(writer, batch, ticks)
+        self._regions.send(writer, batch.resolver, motion, ticks)
         self._trails.send(writer, batch, ticks)
         for task in batch.frame_tasks:
             self._send_paths(writer, batch, task, ticks)
         if self._ellipsoids is not None:
-            self._ellipsoids.send(writer, world_path(batch.resolver, "ellipsoid"), batch, ticks)
+            self._ellipsoids.send(writer, world_path(batch.resolver, "ellipsoid"), motion, ticks)
 
     def _draw_label(self, writer: RecordingWriter, resolver: str, colour: int) -> None:
         """Write the resolver's name behind a flat robot, and above any other."""

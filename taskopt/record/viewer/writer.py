@@ -1,6 +1,7 @@
 """Writing of a Rerun recording to a file and, if requested, to a running viewer."""
 
 import json
+import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from queue import Empty, Full, Queue
@@ -10,13 +11,16 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from taskopt.arrays import IntArray
-from taskopt.errors import InvalidValue
+from taskopt.errors import InvalidValue, NotInstalled
 from taskopt.log.provenance import Json
 from taskopt.record.batch import Nanoseconds
+from taskopt.record.viewer.open import viewer_program
 
 TIME, TICK = "sim_time", "tick"
 _BACKLOG = 200  # largest number of sends that wait for a viewer; beyond it the viewer gets no more
 _GOODBYE = 2.0  # [s] of wall-clock time that a viewer has to take the rest when a run ends
+
+_MERGING = 60.0  # [s] of wall-clock time after which a file stays in pieces
 
 Send = Callable[[rr.RecordingStream], None]  # sends something on a stream
 
@@ -28,27 +32,40 @@ class RecordingWriter:
     run is neither stopped nor slowed, and the file stays complete.
     """
 
-    def __init__(self, path: Path, name: str, blueprint: rrb.Blueprint, live: str | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        name: str,
+        blueprint: rrb.Blueprint | None,
+        live: str | None = None,
+        layout: str = "run",
+    ) -> None:
         """Open the file, and connect to the viewer.
 
         Args:
             path: The file to write, in an existing folder.
             name: The name of the recording in the viewer.
-            blueprint: The layout that the recording opens with.
-            live: The address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, if any.
+            blueprint: The layout that the recording opens with; None: that which `send_layout` sends.
+            live: The address of a running viewer, such as rerun+http://127.0.0.1:9876/proxy, if any, which
+                needs the layout at once.
+            layout: The name of the layout. A viewer keeps one layout for each application, which is therefore
+                named by recording and layout.
 
         Raises:
             InvalidValue: If the file cannot be written.
         """
-        recording = f"{name}-{path.parent.name}"
-        self._file = _new_stream(name, recording)
+        recording = f"{name}-{path.parent.name}-{path.stem}"
+        self._path, application = path, f"taskopt {name} {layout}"
+        self._file = _new_stream(application, name, recording)
         try:
             self._file.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
         except RuntimeError as error:
             raise InvalidValue(
                 f"cannot write the recording {path}: {error}; choose another folder"
             ) from error
-        self._viewer = None if live is None else LiveViewer(live, _new_stream(name, recording), blueprint)
+        self._viewer = None
+        if live is not None and blueprint is not None:
+            self._viewer = LiveViewer(live, _new_stream(application, name, recording), blueprint)
 
     def log_static(self, path: str, *archetypes: rr.AsComponents) -> None:
         """Send data that hold for the whole run.
@@ -76,6 +93,14 @@ class RecordingWriter:
         rows = list(columns)
         self._send(lambda stream: stream.send_columns(path, index, rows))
 
+    def send_layout(self, blueprint: rrb.Blueprint) -> None:
+        """Send the layout that the recording opens with, once everything that it shows is known.
+
+        Args:
+            blueprint: The layout.
+        """
+        self._send(lambda stream: stream.send_blueprint(blueprint, make_active=True, make_default=True))
+
     def set_properties(self, name: str, facts: Mapping[str, Json]) -> None:
         """Attach facts about the run that a program can read.
 
@@ -95,9 +120,10 @@ class RecordingWriter:
         self._file.flush()
 
     def close(self) -> None:
-        """Complete the file, and send the remaining data to the viewer for at most 2 s."""
+        """Complete the file in its shortest form, and send the rest to the viewer for at most 2 s."""
         self._file.flush()
         self._file.disconnect()
+        optimise(self._path)
         if self._viewer is not None:
             self._viewer.close()
 
@@ -157,9 +183,29 @@ class LiveViewer:
         self._stream.disconnect()
 
 
-def _new_stream(name: str, recording: str) -> rr.RecordingStream:
+def optimise(path: Path) -> None:
+    """Merge the small pieces of a recording, which makes it smaller and quicker to open.
+
+    If Rerun's program is missing or cannot do it, the file stays as it is, which is complete, too.
+
+    Args:
+        path: A complete recording.
+    """
+    merged = path.with_suffix(".part")
+    try:
+        words = [viewer_program(), "rrd", "optimize", str(path), "-o", str(merged)]
+        done = subprocess.run(words, capture_output=True, check=False, timeout=_MERGING)
+    except (NotInstalled, OSError, subprocess.TimeoutExpired):
+        done = None
+    if done is not None and done.returncode == 0 and merged.is_file():
+        merged.replace(path)
+    else:
+        merged.unlink(missing_ok=True)
+
+
+def _new_stream(application: str, name: str, recording: str) -> rr.RecordingStream:
     """Make a stream without wall-clock times, so that equal runs make equal recordings."""
-    stream = rr.RecordingStream("taskopt", recording_id=recording)
+    stream = rr.RecordingStream(application, recording_id=recording)
     stream.set_log_time_enabled(False)
     stream.send_recording_name(name)
     return stream

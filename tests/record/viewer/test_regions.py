@@ -10,6 +10,7 @@ from taskopt.loop.run import run
 from taskopt.record.batch import Batch
 from taskopt.record.run_info import RunInfo
 from taskopt.record.viewer.arrangement import Arrangement
+from taskopt.record.viewer.motion import motion_of
 from taskopt.record.viewer.paths import world_path
 from taskopt.record.viewer.regions import Regions, cone_lines
 from taskopt.resolver.active_set.resolver import ActiveSet
@@ -48,7 +49,10 @@ def test_boxes_stand_with_their_open_sides_at_the_end_of_the_scene_and_cones_mov
     stack = Stack([[box, look], [JointTask([1.0, 0.3])]])
     scenario = Scenario(robot=arm, q0=[0.3, 0.5], stack=stack, duration=0.02, dt=2e-3, name="regions")
     place = Arrangement(np.full(3, -2.0), np.full(3, 2.0), flat=False, columns=1)
-    regions, stage = Regions(RunInfo(scenario, ("active-set",)), place), Told()
+    plan, stage = RunInfo(scenario, ("active-set",)).plan, Told()
+    boxes = {task.name: task.box for task in plan.tasks if task.box is not None}
+    cones = {task.name: task.cone for task in plan.tasks if task.cone is not None}
+    regions = Regions(arm, boxes, cones, place)
     regions.draw(stage, "active-set")  # type: ignore[arg-type]
     drawn = stage.logged[world_path("active-set", "task", "box", "region")]
     half, centre = (np.array(getattr(drawn, name).as_arrow_array().to_pylist()[0]) for name in
@@ -56,7 +60,7 @@ def test_boxes_stand_with_their_open_sides_at_the_end_of_the_scene_and_cones_mov
     np.testing.assert_allclose(centre - half, [0.2, -2.0, -2.0], atol=1e-6)
     np.testing.assert_allclose(centre + half, [0.9, 2.0, 2.0], atol=1e-6)
     batch = Batch(tuple(run(scenario, ActiveSet())))
-    regions.send(stage, batch, np.array([0, 9]))  # type: ignore[arg-type]
+    regions.send(stage, "active-set", motion_of(batch), np.array([0, 9]))  # type: ignore[arg-type]
     assert world_path("active-set", "task", "look", "region") in stage.logged
     columns = list(stage.logged[world_path("active-set", "task", "look", "region") + " moves"])  # type: ignore[call-overload]
     places = next(c.as_arrow_array().to_pylist() for c in columns if "translation" in str(c.descriptor))

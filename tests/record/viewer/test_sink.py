@@ -99,9 +99,9 @@ def test_only_the_run_s_own_clocks_are_recorded(folder):
 def test_the_layout_shows_only_what_exists(folder, info, monkeypatch):
     """Every path that a plot asks for is an entity of the recording, or one that opens when it is needed."""
     asked: list[str] = []
-    plain = layout._plot
+    plain = layout.plot_view
     monkeypatch.setattr(
-        layout, "_plot", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1]
+        layout, "plot_view", lambda name, paths, axis=None: (asked.extend(paths), plain(name, paths))[1]
     )
     sink = RecordingSink(folder / "unused.rrd")
     sink.open(info)
