@@ -11,10 +11,12 @@ Read the modules in this order:
     raw           `RawLog`, into which a loop copies its ticks
     of_plan       description and parts of a tick that a plan knows
     quick         the compiled copy of an ordinary tick
+    own_loop      `record`, with which any other loop logs its ticks
     reading       `open_log`: arrays, names, units, ticks of a file, complete or cut off
     ticks         hierarchy, memory and resolution of a tick, made again from its row
     again         a tick solved again, with another resolver or changed
     spans         when bounds were active, and at which price
+    breaches      which limits answers broke, and by how much
     claims        limits violated, answers unproven, deadlines missed
     difference    two logs beside each other
     export        CSV and Parquet

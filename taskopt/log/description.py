@@ -5,6 +5,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
+from typing import Protocol
 
 from taskopt.arrays import Array
 from taskopt.hierarchy import tolerances
@@ -14,7 +15,6 @@ from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.view import answer_size
 from taskopt.log.provenance import Json, commit_of, machine, now, plain, versions
 from taskopt.log.slots import NUMBERS, TEXT_BYTES, Column, Field
-from taskopt.resolver.base import Resolver
 
 SCHEMA = 1
 """The version of the schema. A reader opens files of its own version and of all before."""
@@ -24,6 +24,15 @@ PROBLEM = ("A", "bounds", "weight", "label", "box", "owner")
 
 STATUSES = tuple(status.name for status in Status)
 _POSE = tuple(f"row {i + 1}, column {j + 1}" for i in range(4) for j in range(4))
+
+
+class Named(Protocol):
+    """A resolver, or something else that answers."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the log."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ class Description:
 
     layout: Layout
     norm: Array
-    resolvers: tuple[Resolver, ...]
+    resolvers: tuple[Named, ...]
     damped: Layout | None = None
     coordinates: tuple[str, ...] = ()
     coordinate_units: tuple[str, ...] = ()
@@ -120,11 +129,13 @@ class Description:
     def _motion(self) -> list[Column]:
         """Return the columns of postures and velocities."""
         layout, size = self.layout, len(self.coordinates)
-        named = {"names": layout.unknowns, "unit": _common(layout.unknown_units)}
+        names, unit = layout.unknowns, _common(layout.unknown_units)
         before = "velocity from which limits on acceleration start, if it is not the x of the tick before"
+        rate = _part("v_before", "v_before", layout.n, "given", before)
+        sent = _list("x", "x", layout.n, "unknowns that were sent, as a rule velocities")
         found = [
-            _part("v_before", "v_before", layout.n, "given", before)._replace(**named),
-            _list("x", "x", layout.n, "unknowns that were sent, as a rule velocities")._replace(**named),
+            rate._replace(names=names, unit=unit.replace("/s²", "/s")),
+            sent._replace(names=names, unit=unit),
             _list(
                 "base_box", "base", 4 * layout.n, "bounds that do not depend on q: both sides, their owners"
             ),

@@ -37,7 +37,7 @@ def description_of(
         The description.
     """
     robot, blocks = plan.robot, {block.name: block for block in plan.layout.blocks if block.level}
-    names, units = _coordinates(robot)
+    names, units = coordinates(robot)
     errors = {}
     for task in plan.tasks:
         block = blocks[task.name]
@@ -91,6 +91,22 @@ def robot_facts(robot: Robot) -> dict[str, Json]:
         "velocity_limit": _limits(robot.velocity_limit),
         "tree": tree_of(robot),
     }
+
+
+def coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Name the entries of a posture.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Name and unit of each entry of q, (nq,): those of its joint, or "q3" without unit, as in quaternions.
+    """
+    names, units = [f"q{i}" for i in range(robot.nq)], [""] * robot.nq
+    for k, index in enumerate(robot.position_index.tolist()):
+        if index >= 0:
+            names[index], units[index] = robot.velocity_names[k], robot.coordinate_units[k]
+    return tuple(names), tuple(units)
 
 
 class Part(NamedTuple):
@@ -164,15 +180,6 @@ class PlanTicks:
 def _pose(pose: Array | None) -> Array:
     """Return a pose, or NaN where there is none."""
     return _NO_POSE if pose is None else pose
-
-
-def _coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the name and the unit of each entry of q: those of its joint, or plain numbers."""
-    names, units = [f"q{i}" for i in range(robot.nq)], [""] * robot.nq
-    for k, index in enumerate(robot.position_index.tolist()):
-        if index >= 0:
-            names[index], units[index] = robot.velocity_names[k], robot.coordinate_units[k]
-    return tuple(names), tuple(units)
 
 
 def _limits(values: Array) -> list[float | None]:

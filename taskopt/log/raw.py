@@ -39,7 +39,7 @@ class Tick(NamedTuple):
         t: Time [s].
         dt: Time until the next tick [s].
         q: Posture, (nq,); None if it is not logged.
-        v_before: Velocity before the tick, (n,).
+        v_before: Velocity before the tick, (n,); None if it is what the tick before sent, or unknown.
         memory: Memory that the resolver began with; as `Memory`, or as the history (3, n + M) of a compiled
             loop; None for none.
         base_box: Bounds that do not depend on the posture, (4, n).
@@ -56,7 +56,7 @@ class Tick(NamedTuple):
     t: float
     dt: float
     q: Array | None
-    v_before: Array
+    v_before: Array | None
     memory: "Memory | StateArray | None"
     base_box: Array
     seconds: tuple[float, float] | None = None
@@ -66,6 +66,23 @@ class Tick(NamedTuple):
     desired: Sequence[Array] = ()
     actual: Sequence[Array] = ()
     moving: Sequence[Array] = ()
+
+
+def checked_path(path: str | Path) -> Path:
+    """Check that a file may be a log by its name.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The same as a path.
+
+    Raises:
+        InvalidValue: It does not end in .arrow.
+    """
+    if Path(path).suffix != ".arrow":
+        raise InvalidValue(f"the name of a log must end in .arrow, got '{path}'")
+    return Path(path)
 
 
 class RawLog:
@@ -82,11 +99,11 @@ class RawLog:
         sent: The last answer of each resolver by its number, as the array itself.
 
     Raises:
-        InvalidValue: The file cannot be written; the message says why.
+        InvalidValue: The file cannot be written, or does not end in .arrow; the message says why.
     """
 
     def __init__(self, path: str | Path, description: Description) -> None:
-        self.path = Path(path)
+        self.path = checked_path(path)
         self.ring = Ring(description.fields)
         self._counters, self._fields = self.ring.counters, self.ring.fields
         self._slots, self.begin = self.ring.slots, perf_counter_ns()
@@ -141,8 +158,8 @@ class RawLog:
             fields["changed"][place] = fields["answer"][place, self._buffer :]
             fields["answer"][place, self._buffer :] = declared.buffer
         fields["x"][place] = answer.x
-        given = tick.v_before is not self.sent.get(tick.resolver)
-        if given:
+        given = tick.v_before is not None and tick.v_before is not self.sent.get(tick.resolver)
+        if tick.v_before is not None:
             fields["v_before"][place] = tick.v_before
         self.sent[tick.resolver] = answer.x
         fields["base"][place] = tick.base_box.ravel()

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from taskopt.log.breaches import Breach, breaches
 from taskopt.log.claims import Claim
 from taskopt.log.reading import Log
-from taskopt.log.spans import Span, spans
+from taskopt.log.spans import Span, dearest, spans
 from taskopt.log.story import errors, noted
 
 _STYLE = (
@@ -16,6 +17,7 @@ _STYLE = (
     "table{border-collapse:collapse;font-size:14px}th,td{border-bottom:1px solid #ddd;padding:.2em .7em;"
     "text-align:left;vertical-align:top}th{background:#f4f4f4}svg{max-width:100%;height:auto}"
 )
+_OF_BREACHES = ("limit", "first at", "in all", "by up to", "at")
 _WIDTH, _LANE, _LEFT = 900, 18, 230  # of the drawing of spans [px]: all, one bound, the names
 
 
@@ -51,9 +53,12 @@ def sections(log: Log, found: Sequence[Claim]) -> list[Section]:
         parts.append(Section(f"{name}: checks", ("check", "found"), own))
         tasks = [tuple(text.split(": error ", 1)) for text in errors(log, log.rows(name))]
         parts.append(Section(f"{name}: tasks", ("task", "error"), tasks))
-        heads = ("bound", "first at", "times", "in all", "highest price", "level")
+        heads = ("bound", "first at", "times", "in all", "highest price of each level")
         rows = [_bound(own) for own in _by_bound(spans(log, name)).values()]
         parts.append(Section(f"{name}: active limits", heads, rows, name))
+        broken = [_broken(breach) for breach in breaches(log, name)]
+        if broken:
+            parts.append(Section(f"{name}: broken limits", _OF_BREACHES, broken))
     told = [tuple(text.split(": ", 1)) for text in noted(log)]
     return [*parts, Section("Notes", ("when", "note"), told)] if told else parts
 
@@ -132,12 +137,16 @@ def _by_bound(found: Sequence[Span]) -> dict[str, list[Span]]:
 
 def _bound(own: Sequence[Span]) -> tuple[str, ...]:
     """Return the row of one bound."""
-    dearest = max(own, key=lambda span: abs(span.price))
-    price = f"{abs(dearest.price):.3g} {dearest.unit}".rstrip() if dearest.price else "none"
-    level = str(dearest.level) if dearest.price else ""
+    price = "; ".join(span.cost for span in dearest(own)) or "none"
     total = f"{sum(span.duration for span in own):.4g} s"
-    name = f"{dearest.name} {dearest.side}"
-    return name, f"{own[0].begin:.6g} s", str(len(own)), total, price, level
+    return f"{own[0].name} {own[0].side}", f"{own[0].begin:.6g} s", str(len(own)), total, price
+
+
+def _broken(breach: Breach) -> tuple[str, ...]:
+    """Return the row of one limit that was broken."""
+    size = f"{breach.size:.4g} {breach.unit}".rstrip()
+    first, total = f"{breach.begin:.6g} s", f"{breach.duration:.4g} s"
+    return f"{breach.name} {breach.side}", first, total, size, f"{breach.at:.6g} s"
 
 
 def _drawing(log: Log, resolver: str) -> str:

@@ -1,6 +1,6 @@
 """When limits were active in a log, how long, and what each cost."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,9 +37,12 @@ class Span(NamedTuple):
 
     def __str__(self) -> str:
         text = f"{self.name} {self.side}: from {self.begin:.6g} s for {self.duration:.4g} s"
-        if not self.price:
-            return f"{text}, at no price"
-        return f"{text}, price up to {abs(self.price):.3g} {self.unit}".rstrip() + f" at level {self.level}"
+        return f"{text}, price up to {self.cost}" if self.price else f"{text}, at no price"
+
+    @property
+    def cost(self) -> str:
+        """The price with its unit and its level."""
+        return f"{abs(self.price):.3g} {self.unit}".rstrip() + f" at level {self.level}"
 
 
 def spans(log: Log, resolver: str) -> tuple[Span, ...]:
@@ -56,13 +59,13 @@ def spans(log: Log, resolver: str) -> tuple[Span, ...]:
     rows = log.rows(resolver)
     if not len(rows):
         return ()
-    code, t = _codes(log, rows), log.t[rows]
+    code, t = _active(log, rows), log.t[rows]
     multipliers = log.array("multipliers")[rows].reshape(len(rows), log.layout.level_count + 1, -1)
     steps = log.array("dt")[rows]
     found = []
     for i in range(log.layout.width):
         for first, last in _runs(code[:, i]):
-            name, side = _name(log, i, int(code[first, i])), "upper" if code[first, i] > 0 else "lower"
+            name, side = bound_name(log, i, int(code[first, i])), "upper" if code[first, i] > 0 else "lower"
             price, level = _price(multipliers[first : last + 1, :, i])
             unit = price_unit(log, i, level)
             length = float(t[last] + steps[last] - t[first])
@@ -73,15 +76,45 @@ def spans(log: Log, resolver: str) -> tuple[Span, ...]:
     return tuple(sorted(found, key=lambda span: (span.first, span.name)))
 
 
-def _codes(log: Log, rows: IntArray) -> IntArray:
-    """Return the side of each active bound times the number of its name, (k, n + M); 0 for none."""
-    n, count = log.layout.n, log.layout.row_count
-    state = log.array("state")[rows].astype(np.int64)
-    box, bounds = log.array("box")[rows], log.array("bounds")[rows]
+def dearest(own: Sequence[Span]) -> list[Span]:
+    """Choose the spans with the highest price at each level; prices of two levels are never compared.
+
+    Args:
+        own: Spans.
+
+    Returns:
+        One span for each level at which one has a price, the first level first.
+    """
+    levels = sorted({span.level for span in own if span.price})
+    return [
+        max((span for span in own if span.price and span.level == level), key=lambda span: abs(span.price))
+        for level in levels
+    ]
+
+
+def codes(log: Log, rows: IntArray, state: IntArray) -> IntArray:
+    """Tell bounds apart by the limit or the label behind them, which may change from tick to tick.
+
+    Args:
+        log: The log.
+        rows: Numbers of rows, (k,).
+        state: Side of each bound that counts, (k, n + M): −1 lower, 1 upper, 0 for none.
+
+    Returns:
+        The side times the number of the name of the bound, (k, n + M), see `bound_name`; 0 for none.
+    """
+    n = log.layout.n
     owner, label = log.array("owner")[rows].astype(np.int64), log.array("label")[rows].astype(np.int64)
     own = np.where(state[:, :n] > 0, owner[:, n:], owner[:, :n])
+    return state * (1 + np.hstack([own, label]))
+
+
+def _active(log: Log, rows: IntArray) -> IntArray:
+    """Return `codes` of the active bounds; equalities are never active."""
+    n, count = log.layout.n, log.layout.row_count
+    box, bounds = log.array("box")[rows], log.array("bounds")[rows]
     equal = np.hstack([box[:, :n] == box[:, n:], bounds[:, :count] == bounds[:, count:]])
-    return np.where(equal, 0, state * (1 + np.hstack([own, label])))
+    return np.where(equal, 0, codes(log, rows, log.array("state")[rows].astype(np.int64)))
 
 
 def _runs(code: IntArray) -> Iterator[tuple[int, int]]:
@@ -92,8 +125,17 @@ def _runs(code: IntArray) -> Iterator[tuple[int, int]]:
             yield first, stop - 1
 
 
-def _name(log: Log, i: int, code: int) -> str:
-    """Return the name of a bound from its code."""
+def bound_name(log: Log, i: int, code: int) -> str:
+    """Return the name of a bound.
+
+    Args:
+        log: The log.
+        i: Number of the unknown or row, unknowns first.
+        code: What `codes` has for it.
+
+    Returns:
+        Name of the limit, and of the unknown or row.
+    """
     layout = log.layout
     if i >= layout.n:
         return layout.row_name(i - layout.n, abs(code) - 1)

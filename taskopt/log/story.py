@@ -7,8 +7,9 @@ import numpy as np
 
 from taskopt.arrays import IntArray
 from taskopt.errors import UnknownName
+from taskopt.log.breaches import breaches
 from taskopt.log.reading import Log
-from taskopt.log.spans import Span, spans
+from taskopt.log.spans import Span, dearest, spans
 
 _NUMBER = re.compile(r"(?<!\w)(?<!level )-?\d+(\.\d+)?(e[+-]?\d+)?(?!\w)")  # not that in "joint1"
 _SHOWN = 12  # spans of a summary; --joint shows all of one joint
@@ -61,7 +62,9 @@ def of_joint(log: Log, joint: str) -> str:
         own = [span for span in spans(log, resolver) if span.name.rpartition("/")[2] in names]
         lines.append(f"{resolver}: {_total(own)}")
         lines += [f"  {span}" for span in own]
-        for span in sorted(own, key=lambda span: -abs(span.price))[:1]:
+        broken = [breach for breach in breaches(log, resolver) if breach.name.rpartition("/")[2] in names]
+        lines += [f"  broke {breach}" for breach in broken]
+        for span in dearest(own)[:1]:
             lines += [f"  meanwhile {text}" for text in errors(log, np.arange(span.first, span.last + 1))]
     return "\n".join(lines)
 
@@ -124,10 +127,9 @@ def _of_resolver(log: Log, resolver: str) -> Iterator[str]:
         yield "  no limit and no inequality was active"
     for name in dict.fromkeys(f"{span.name} {span.side}" for span in found):
         own = [span for span in found if f"{span.name} {span.side}" == name]
-        dearest = max(own, key=lambda span: abs(span.price))
-        price = f", price up to {abs(dearest.price):.3g} {dearest.unit}".rstrip() if dearest.price else ""
-        at = f" at level {dearest.level}" if dearest.price else ""
-        yield f"  {name}: first at {own[0].begin:.6g} s, {_total(own)}{price}{at}"
+        price = ", ".join(f"price up to {span.cost}" for span in dearest(own))
+        yield f"  {name}: first at {own[0].begin:.6g} s, {_total(own)}, {price or 'at no price'}"
+    yield from (f"  broke {breach}" for breach in breaches(log, resolver))
 
 
 def _total(own: list[Span]) -> str:

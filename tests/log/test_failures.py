@@ -124,9 +124,11 @@ def test_a_file_that_is_cut_anywhere_opens_as_far_as_it_goes(tmp_path, share):
         assert np.array_equal(log.tick(k).resolution.answer, ran.answers[k].answer)
 
 
-@pytest.mark.parametrize("place", ["/proc/a.arrow", "/no/such/folder/a.arrow", "/dev/full"])
-def test_a_file_that_cannot_be_written_is_refused_at_once(place):
+@pytest.mark.parametrize("place", ["/proc/a.arrow", "/no/such/folder/a.arrow", "full.arrow"])
+def test_a_file_that_cannot_be_written_is_refused_at_once(tmp_path, monkeypatch, place):
     """A folder that does not exist or refuses files, and a full disk, are said in one line with the path."""
+    monkeypatch.chdir(tmp_path)
+    Path("full.arrow").symlink_to("/dev/full")
     begin = time.monotonic()
     with pytest.raises((InvalidValue, LogFailed), match=place):
         steps(Controller(ARM, stack(), dt=DT, log=place), 100_000)
