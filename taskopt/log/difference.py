@@ -73,7 +73,7 @@ class Difference(NamedTuple):
         lines += [f"then: {cause}" for cause in self.causes[1:]]
         for symbol, sizes, times, names in (
             ("Δq", self.dq, self.q_at, self.q_names),
-            ("Δv", self.dv, self.v_at, self.v_names),
+            ("Δq̈" if "/s²" in "".join(self.v_names) else "Δv", self.dv, self.v_at, self.v_names),
         ):
             for i in np.argsort(-sizes, kind="stable"):
                 if sizes[i] != 0.0:

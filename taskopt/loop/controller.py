@@ -12,7 +12,6 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.kinematics.parameter import Setting
 from taskopt.kinematics.robot import Robot
-from taskopt.kinematics.second_order import require_first_order
 from taskopt.kinematics.stack import Plan, Stack
 from taskopt.log.raw import RawLog
 from taskopt.loop.continuity import Continuity
@@ -75,7 +74,6 @@ class Controller:
         self._follow(stack.compile(robot, dt), as_resolver(resolver), checked_policy(on_conflict))
         self.continuity = Continuity(self.plan) if watch else None
         if log is not None:
-            require_first_order(stack.order, "Controller(log=)")
             description = described(self._loop, on_conflict=self._policy)
             self.log = RawLog(log, description)
             self._tick = LoggedLoop(self._loop, self.log, description).tick

@@ -69,6 +69,8 @@ class LoggedLoop:
         """
         loop, quick = self._loop, self._quick
         memory, before = loop.memory if quick is None else quick.begin(), loop.plan.velocity
+        if loop.plan.motion is not None:  # the answer changes it in place
+            before = before.copy()
         try:
             resolution = loop.tick(q, t)
         except (Infeasible, NotSolved, InvalidValue) as error:

@@ -6,7 +6,6 @@ from types import TracebackType
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.resolution import Resolution
-from taskopt.kinematics.second_order import require_first_order
 from taskopt.log.of_plan import description_of
 from taskopt.log.provenance import Json, commit_of, plain, source_of
 from taskopt.log.raw import RawLog
@@ -32,7 +31,7 @@ class RunLog:
         path: The file.
 
     Raises:
-        InvalidValue: The file cannot be written, or the stack is of order 2.
+        InvalidValue: The file cannot be written.
     """
 
     def __init__(
@@ -43,7 +42,6 @@ class RunLog:
         source: Path | None = None,
         start: LogStart | None = None,
     ) -> None:
-        require_first_order(scenario.stack.order, "a log of a run")
         loops = [Loop(scenario.compile(), r, scenario.on_conflict, timed=True) for r in resolvers]
         damped = next((loop.rest.layout for loop in loops if loop.rest is not None), None)
         facts: dict[str, Json] = {

@@ -20,7 +20,7 @@ class RunInfo:
         seed: The seed of the run's random numbers; None if it uses none.
 
     Raises:
-        InvalidValue: The stack is of order 2, for which logs, pictures and summaries have no form yet.
+        InvalidValue: The stack is of order 2, for which recordings, pictures and summaries have no form yet.
     """
 
     scenario: Scenario
@@ -32,7 +32,7 @@ class RunInfo:
         if self.scenario.stack.order == 2:
             raise InvalidValue(
                 "a run of order 2 cannot be recorded, summarised or compared yet; iterate over "
-                "taskopt.run(scenario), or step a taskopt.Controller"
+                "taskopt.run(scenario, log=...), or step a taskopt.Controller(..., log=...)"
             )
 
     @cached_property

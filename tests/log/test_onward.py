@@ -11,7 +11,6 @@ from taskopt import (
     Controller,
     During,
     JointTask,
-    JointVelocityLimit,
     LogStart,
     PositionTask,
     RestDamping,
@@ -50,7 +49,6 @@ DECLARED = {
     "damped": lambda: scenario(
         stack((2.0, 0.3, 0.0), damping=RestDamping(), acceleration=None), duration=500 * DT
     ),
-    "order 2": lambda: scenario(Stack([[JointTask(np.ones(3))]], [JointVelocityLimit(0.4)], order=2)),
 }
 
 
@@ -61,7 +59,7 @@ def onward(declared: Scenario, log, index: int, resolver: str = "active-set", ch
     return np.array([step.x for step in steps])
 
 
-@pytest.mark.parametrize("kind", [name for name in DECLARED if name != "order 2"])
+@pytest.mark.parametrize("kind", DECLARED)
 @pytest.mark.parametrize("resolver", ["active-set", "hqp/daqp"])
 def test_an_unchanged_run_goes_on_to_the_last_bit(tmp_path, kind, resolver):
     """From any tick on, the velocities are those of the log, where limits bind and ticks are damped, too."""

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from taskopt import JointTask, Scenario, Stack, open_log, run, solve_again
+from taskopt import Scenario, open_log, run, solve_again
 from taskopt.cli import app
 from taskopt.compare import Comparison
-from taskopt.errors import Infeasible, InvalidValue
+from taskopt.errors import Infeasible
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import load_scenario
 from taskopt.resolver.registry import resolver
@@ -91,11 +91,3 @@ def test_commands_write_the_log_with_the_text_of_the_scenario(tmp_path):
         assert len(log) == len(named) * round(0.05 / expected.dt)
         assert log.facts["scenario"]["text"] == Path(words[0]).read_text(encoding="utf-8")
         assert log.facts["scenario"]["name"] == expected.name
-
-
-def test_runs_of_second_order_are_refused_by_name(tmp_path):
-    """A stack of order 2 has no log yet, and the error says so before anything is written."""
-    second = scenario(stack=Stack([[JointTask()]], order=2))
-    with pytest.raises(InvalidValue, match="order"):
-        next(run(second, log=tmp_path / "a.arrow"))
-    assert not (tmp_path / "a.arrow").exists()
