@@ -10,6 +10,7 @@ from taskopt.errors import InvalidValue, UnknownName
 from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
+from taskopt.hierarchy.status import Status
 from taskopt.log.ticks import LoggedTick
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import as_resolver
@@ -30,7 +31,9 @@ class Again(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Largest difference from what was sent, ‖x − x of the log‖∞."""
+        """Largest difference from what was sent, ‖x − x of the log‖∞; 0 if neither has an answer."""
+        if self.tick.error and not self.resolution.claimed:
+            return 0.0
         return float(np.abs(self.resolution.x - self.tick.x).max(initial=0.0))
 
 
@@ -44,7 +47,9 @@ def solve_again(
 
     With the same version, resolver and machine, an unchanged tick gives the same answer to the last bit. A
     tick that was damped so that the robot comes to rest is solved with the same rows of damping, unless the
-    problem is changed: then damping is left out, and a note says so. A relaxed tick is solved as relaxed.
+    problem is changed: then damping is left out, and a note says so. A relaxed tick is solved as relaxed. How
+    a tick brakes whose limits exclude each other follows from no problem: if they do so again, its answer is
+    that of the log.
 
     Args:
         tick: The tick.
@@ -69,7 +74,12 @@ def solve_again(
         if tick.values["changed"] is not None:
             relaxed = Hierarchy.view(tick.layout, tick.array("changed"), tick.norm)
             return Again(tick, chosen(relaxed)[0], ("the hard limits are those that were relaxed",))
-        return Again(tick, chosen(tick.hierarchy, memory)[0])
+        again = chosen(tick.hierarchy, memory)[0]
+        if tick.resolution.status is Status.BRAKED and not again.claimed:
+            return Again(
+                tick, tick.resolution, ("its limits exclude each other again; it brakes as in the log",)
+            )
+        return Again(tick, again)
     hierarchy, notes = _changed(tick, changes or {}, without)
     if tick.problem_with_damping is not None:
         notes += ("the tick was damped so that the robot comes to rest; the changed one is not",)

@@ -96,8 +96,10 @@ def test_a_conflict_is_in_the_log(tmp_path, policy):
     if policy != "raise":
         assert same(tick.resolution.answer, ran.answers[20].answer)
         assert same(tick.x, ran.answers[20].x)
-    if policy == "relax":
-        assert solve_again(tick).distance == 0.0
+    assert solve_again(tick).distance == 0.0  # no answer again, the same relaxation, or braking again
+    if policy == "brake":
+        agreed = dict(tick.values, box=np.array([-9.0] * 3 + [9.0] * 3))  # the planted lie: limits that agree
+        assert solve_again(type(tick)(20, agreed, tick.layout, tick.damped, tick.norm)).distance > 0.0
 
 
 def test_a_tick_with_a_bad_posture_is_in_the_log(tmp_path):
