@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from taskopt.hierarchy.layout import Layout
 from taskopt.kinematics.robot import robot_names
 from taskopt.kinematics.robot.arms import ARMS
 from taskopt.log.provenance import machine, versions
@@ -54,12 +55,12 @@ _FIGURES = (
     ),
     Figure(
         "",
-        "change of a velocity in one tick, largest [rad/s]",
+        "change of {noun} in one tick, largest [{unit}]",
         lambda s: _number(s.continuity.jump),
     ),
     Figure(
-        "closed\nform\n[rad/s]",
-        "distance to the closed form where no limit is active [rad/s]",
+        "closed\nform\n[{unit}]",
+        "distance to the closed form where no limit is active [{unit}]",
         lambda s: _number(max(s.closed_form_distances, default=np.nan)),
     ),
     Figure(
@@ -77,8 +78,8 @@ _FIGURES = (
         lambda s: _share(s.judged.undecided, s.judged.ticks),
     ),
     Figure(
-        "error\nbound\n[rad/s]",
-        "error bound, largest [rad/s, m/s]",
+        "error\nbound\n[{unit}]",
+        "error bound, largest [{unit}]",
         lambda s: _number(np.nan if s.judged.bound is None else s.judged.bound.value),
     ),
     Figure("", "KKT residual, largest", lambda s: _number(s.kkt_residual)),
@@ -92,12 +93,17 @@ _FIGURES = (
     Figure("around\n[µs]", "time around the solver, median [µs]", lambda s: _microseconds(_around(s), 50)),
     Figure("", "solve time, shifted geometric mean [µs]", lambda s: _geometric_mean(s.seconds)),
 )
+_ACCELERATION = Figure(
+    "accel.\nexcess\n[rad/s²]",
+    "excess over acceleration limits [rad/s²]",
+    lambda s: _number(s.acceleration_violation),
+)
 _LEGEND = (
     "tracking error: of the first task with a frame; excess: over position limits after the step, and over "
     "velocity limits; closed form: largest distance to the closed-form answer of the same problem, over the "
     "ticks at which no limit is active; path: largest distance to the path of {baseline}; claimed: share "
     "of the ticks at which the resolver says that it has the optimum; of the ticks that are judged, proven: "
-    "no velocity v is further than 1e-8 · max(1, |v|) from the exact optimum, by a bound on its error; "
+    "no unknown x is further than 1e-8 · max(1, |x|) from the exact optimum, by a bound on its error; "
     "refuted: one certainly is; undecided: all others; p50, p99: median and 99th percentile."
 )
 
@@ -226,7 +232,8 @@ def _sentences(summaries: Sequence[Summary]) -> Iterator[str]:
         if summary.damped:
             yield (
                 f"{summary.resolver}: {_share(summary.damped, summary.ticks)} of the ticks are damped, up to "
-                f"{summary.damping_distance:.2g} rad/s from the optimum without damping"
+                f"{summary.damping_distance:.2g} {summary.layout.angular_unit} from the optimum "
+                "without damping"
             )
         yield from (f"{summary.resolver}: {sentence}" for sentence in summary.continuity.sentences())
 
@@ -256,7 +263,19 @@ def _figures(summaries: Sequence[Summary]) -> tuple[Figure, ...]:
         for limit in limits
     ]
     alone = len(summaries) == 1  # then there is no other path
-    return (*_FIGURES[:4], *least, *(f for f in _FIGURES[4:] if not (alone and f.heading.startswith("path"))))
+    layout = summaries[0].layout
+    strongest = (_ACCELERATION,) if layout.is_of_accelerations else ()
+    figures = (*_FIGURES[:4], *strongest, *least, *_FIGURES[4:])
+    return tuple(_worded(f, layout) for f in figures if not (alone and f.heading.startswith("path")))
+
+
+def _worded(figure: Figure, layout: Layout) -> Figure:
+    """Return a figure with the word for an unknown and its unit."""
+    words = {"{noun}": layout.noun, "{unit}": layout.angular_unit}
+    heading, label = figure.heading, figure.label
+    for place, word in words.items():
+        heading, label = heading.replace(place, word), label.replace(place, word)
+    return Figure(heading, label, figure.cell)
 
 
 def _most_active(summary: Summary, count: int = 4) -> str:

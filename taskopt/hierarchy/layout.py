@@ -99,6 +99,16 @@ class Layout:
         """True if the unknowns are joint accelerations, as their units tell."""
         return any(unit.endswith("/s²") for unit in self.unknown_units)
 
+    @property
+    def noun(self) -> str:
+        """Words for an unknown of a robot, "a velocity" or "an acceleration"."""
+        return "an acceleration" if self.is_of_accelerations else "a velocity"
+
+    @property
+    def angular_unit(self) -> str:
+        """Unit of unknowns that turn, "rad/s" or "rad/s²"; those that slide have m in place of rad."""
+        return "rad/s²" if self.is_of_accelerations else "rad/s"
+
     @cached_property
     def place_of_x(self) -> slice:
         """Where x stands in the flat answer, kept since every tick needs it."""

@@ -167,19 +167,25 @@ class SecondOrder:
         return fill
 
 
-def checked_order(order: int, self_motion: float) -> None:
+def checked_order(order: int, self_motion: float, norm: object) -> None:
     """Check what a stack says of its order.
 
     Args:
         order: 1 or 2.
         self_motion: K_v [1/s].
+        norm: Norm of the stack, in numbers or in a word.
 
     Raises:
-        InvalidValue: The order is another number, or K_v is not positive.
+        InvalidValue: The order is another number, K_v is not positive, or the word is unknown at this order.
     """
     if order not in (1, 2):
         raise InvalidValue(f"order must be 1 (velocities) or 2 (accelerations), got {order!r}")
     positive("self_motion", self_motion)
+    if isinstance(norm, str) and (norm != "inertia" or order == 1):
+        raise InvalidValue(
+            f'norm must be numbers, or "inertia" at order=2, got {norm!r} at order={order}; at order 1 a '
+            "KineticEnergyTask on the last level takes the motion of least kinetic energy"
+        )
 
 
 def require_first_order(order: int, what: str) -> None:

@@ -39,7 +39,7 @@ from taskopt.kinematics.pose import checked_pose
 from taskopt.kinematics.robot import Robot
 from taskopt.kinematics.second_order import Filler, Narrower, SecondOrder, accelerated, checked_order
 from taskopt.kinematics.task import BoundTask, Task
-from taskopt.kinematics.task.self_motion import BoundSelfMotion
+from taskopt.kinematics.task.inertial_self_motion import self_motion_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,8 @@ class Stack:
             added by default.
         norm: W (nv, nv), symmetric and positive definite, or its diagonal (nv,). Among the motions that all
             levels leave free, that with the least ½ vᵀ W v is taken. A larger entry makes that velocity
-            smaller. Default: the identity.
+            smaller. Default: the identity. At order 2 it may also be "inertia", the mass matrix M(q) of the
+            robot, which changes with the posture.
         damping: Damping that controllers and scenarios add at ticks at which the robot would not come to
             rest, as where a still target is out of reach; see `RestDamping`. None for none. Default:
             `RestDamping()` at order 1, none at order 2.
@@ -75,7 +76,7 @@ class Stack:
 
     levels: Sequence[Sequence[Task]]
     limits: Sequence[Limit] = ()
-    norm: ArrayLike | None = None
+    norm: ArrayLike | str | None = None
     damping: RestDamping | None = field(default=REST, kw_only=True)
     order: int = field(default=1, kw_only=True)
     self_motion: float = field(default=5.0, kw_only=True)
@@ -90,7 +91,7 @@ class Stack:
             raise InvalidValue(
                 f"damping must be RestDamping() or None; use LevelDamping for {self.damping!r}"
             )
-        checked_order(self.order, self.self_motion)
+        checked_order(self.order, self.self_motion, self.norm)
         if self.order == 2 and self.damping is REST:
             object.__setattr__(self, "damping", None)
         object.__setattr__(self, "levels", levels)
@@ -165,9 +166,9 @@ class Plan:
         self.configuration = Configuration(robot, robot.neutral)
         names = iter(numbered(task.name or task.default_name() for task in chain(*stack.levels)))
         levels = [[bound_task(task, robot, next(names)) for task in level] for level in stack.levels]
-        norm = checked_norm(stack.norm, robot.nv)
-        if stack.order == 2:
-            levels.append([BoundSelfMotion(robot, stack.self_motion, norm)])
+        norm = checked_norm(stack.norm if stack.order == 1 else None, robot.nv)
+        if stack.order == 2:  # the last level has the norm, and leaves nothing free for another one
+            levels.append([self_motion_of(stack.norm, robot, stack.self_motion)])
         self.tasks: tuple[BoundTask, ...] = tuple(chain(*levels))
         dampings = [found for k, level in enumerate(levels, 1) for found in damping_of(level, k)]
         limits, self.obstacles = named_obstacles(stack.limits, stack.levels)

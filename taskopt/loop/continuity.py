@@ -16,8 +16,8 @@ _TOLD = {Status.RELAXED: "relaxed", Status.BRAKED: "braked", Status.FORMULA: "st
 class Continuity:
     """Record how smoothly a resolver moves the robot: jumps, alternating limits, conflicts, stuck ticks.
 
-    A jump is |v_k − v_(k−1)| of one velocity [rad/s, m/s]. Jumps during transitions of tasks are recorded
-    separately, because a task that comes or goes is expected to change the velocities.
+    A jump is |x_k − x_(k−1)| of one unknown. Jumps during transitions of tasks are recorded separately,
+    because a task that comes or goes is expected to change the answer.
 
     Args:
         plan: The compiled stack, which has the time step and the transitions of its tasks.
@@ -53,7 +53,7 @@ class Continuity:
 
     @property
     def jump(self) -> float:
-        """The largest jump of the whole run [rad/s, m/s]; 0 before the second step."""
+        """The largest jump of the whole run, in the unit of the unknowns; 0 before the second step."""
         return max(self._jumps.values(), default=0.0)
 
     def sentences(self) -> list[str]:
@@ -64,7 +64,8 @@ class Continuity:
         """
         elsewhere = f"{self._jumps.get((), 0.0):.2g} elsewhere"
         during = [f"{jump:.2g} while {_words(moves)}" for moves, jump in self._jumps.items() if moves]
-        jumps = f"largest change of a velocity in one tick [rad/s]: {'; '.join([*during, elsewhere])}"
+        noun, unit = self._plan.layout.noun, self._plan.layout.angular_unit
+        jumps = f"largest change of {noun} in one tick [{unit}]: {'; '.join([*during, elsewhere])}"
         found = self._alternation.found()
         lines = [f"alternates: {limit}" for limit in found[:_SHOWN]]
         more = [f"alternates: {len(found) - _SHOWN} more limits"] if len(found) > _SHOWN else []

@@ -114,6 +114,7 @@ def _stacks() -> Iterator[tuple[Robot, Stack]]:
     # At second order the limits have rows, so that the robot half a step ahead is filled, too.
     ahead: list[Limit] = [JointAccelerationLimit(50.0), FrameDistanceLimit("tip", "link1", lower=0.1)]
     yield arm, Stack([[FrameTask("tip", target=turn)], [JointTask()]], limits=ahead, order=2)
+    yield _with_masses(), Stack([[JointTask()]], norm="inertia", order=2)
     apart: list[Limit] = [ObstacleLimit(Sphere((0.0, 1.5, 0.0), 0.1)), SelfCollisionLimit()]
     gaze = GazeTask("tip", (1.0, 1.0, 0.0), 0.5, axis=(1.0, 0.0, 0.0))
     yield arm, Stack([tip, [gaze], [GradientTask(Manipulability("tip", axes="xy"))]], limits=apart)

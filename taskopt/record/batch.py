@@ -69,8 +69,13 @@ class Batch:
 
     @cached_property
     def v(self) -> Array:
-        """The velocities, (k, nv) [rad/s, m/s]."""
+        """The velocities, (k, nv) [rad/s, m/s]; at order 2 those after the steps."""
         return np.array([step.v for step in self.steps])
+
+    @cached_property
+    def x(self) -> Array:
+        """The answers, (k, nv): `v`, at order 2 the accelerations [rad/s², m/s²]."""
+        return np.array([step.x for step in self.steps])
 
     @cached_property
     def seconds(self) -> Array:
@@ -89,9 +94,8 @@ class Batch:
 
     @cached_property
     def closed_form_distance(self) -> Array:
-        """The largest differences of v from the closed-form answer, (k,) [rad/s, m/s]."""
-        answers = np.array([step.closed_form for step in self.steps])
-        return np.abs(self.v - answers).max(axis=1)
+        """The largest differences of x from the closed-form answer, (k,) in the unit of x."""
+        return np.array([step.closed_form_distance for step in self.steps])
 
     @cached_property
     def kkt_residual(self) -> Array:
@@ -115,11 +119,11 @@ class Batch:
 
     @cached_property
     def error_bound(self) -> Array:
-        """The bound on the error of each velocity, (k, nv) [rad/s, m/s]; NaN where it is not judged.
+        """The bound on the error of each unknown, (k, nv) in the unit of x; NaN where it is not judged.
 
         It is inf where nothing is proven about the optimum.
         """
-        bounds = np.full(self.v.shape, np.nan)
+        bounds = np.full(self.x.shape, np.nan)
         for k in np.flatnonzero(self.judged).tolist():
             bounds[k] = self.steps[k].resolution.certificate.error_bound
         return bounds
@@ -333,10 +337,10 @@ class Batch:
 
     @cached_property
     def violated(self) -> StateArray:
-        """The bounds and hard rows that v violates, (k, n + M): −1 below `lower`, +1 above `upper`."""
+        """The bounds and hard rows that x violates, (k, n + M): −1 below `lower`, +1 above `upper`."""
         box_lower = np.array([step.hierarchy.box_lower for step in self.steps])
         box_upper = np.array([step.hierarchy.box_upper for step in self.steps])
-        value = np.hstack([self.v, self._value])
+        value = np.hstack([self.x, self._value])
         lower, upper = np.hstack([box_lower, self.lower]), np.hstack([box_upper, self.upper])
         side = (value > upper + SHOWN_VIOLATION).astype(np.int8) - (value < lower - SHOWN_VIOLATION).astype(
             np.int8
@@ -403,8 +407,8 @@ class Batch:
 
     @cached_property
     def _value(self) -> Array:
-        """The product A v of every row, (k, M)."""
-        return np.array([step.hierarchy.A @ step.v for step in self.steps])
+        """The product A x of every row, (k, M)."""
+        return np.array([step.hierarchy.A @ step.x for step in self.steps])
 
     def _declared(self, step: Step) -> IntArray | slice:
         """The places of the stack's rows in an answer, whose problem may have more rows, as of damping."""

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from taskopt.hierarchy.proof import UNDECIDED, Verdict
-from taskopt.kinematics.robot import Robot
 from taskopt.record.batch import Batch
 
 _TOLD = {  # verdicts of which the first tick is told, with their words
@@ -19,22 +18,22 @@ _TOLD = {  # verdicts of which the first tick is told, with their words
 
 
 class ErrorBound(NamedTuple):
-    """The largest finite bound on the error of a velocity.
+    """The largest finite bound on the error of an unknown.
 
     Attributes:
         value: The bound, in `unit`.
-        velocity: The name of the velocity.
-        unit: "rad/s" or "m/s".
+        unknown: The name of the unknown.
+        unit: Its unit, such as "rad/s", or "rad/s²" at order 2.
         t: The time of the tick [s].
     """
 
     value: float
-    velocity: str
+    unknown: str
     unit: str
     t: float
 
     def __str__(self) -> str:
-        return f"{self.value:.1e} {self.unit} of {self.velocity} at {self.t:g} s"
+        return f"{self.value:.1e} {self.unit} of {self.unknown} at {self.t:g} s"
 
 
 @dataclass
@@ -42,7 +41,6 @@ class JudgedTicks:
     """The verdicts on the answers of one resolver, accumulated batch by batch.
 
     Attributes:
-        robot: The robot, whose velocities have names and units.
         counts: The number of judged ticks by verdict.
         claimed: The number of judged ticks at which the resolver claims an optimum, by verdict.
         bound: The largest finite error bound; None if no answer has one.
@@ -50,7 +48,6 @@ class JudgedTicks:
         first: The time [s] and the reason of the first answer with each verdict other than PROVEN.
     """
 
-    robot: Robot
     counts: Counter[Verdict] = field(default_factory=Counter)
     claimed: Counter[Verdict] = field(default_factory=Counter)
     bound: ErrorBound | None = None
@@ -94,8 +91,8 @@ class JudgedTicks:
             if not np.isfinite(bound[worst]):
                 self.unbounded += 1
             elif self.bound is None or bound[worst] > self.bound.value:
-                name, unit = self.robot.velocity_names[worst], self.robot.coordinate_units[worst]
-                self.bound = ErrorBound(float(bound[worst]), name, f"{unit}/s", step.t)
+                name, unit = batch.layout.unknowns[worst], batch.layout.unit(worst)
+                self.bound = ErrorBound(float(bound[worst]), name, unit, step.t)
 
     def sentences(self, ticks: int) -> list[str]:
         """Say how many ticks were judged, the largest error bound, and what is refuted or undecided.

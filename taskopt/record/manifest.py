@@ -65,7 +65,8 @@ def manifest(info: RunInfo) -> dict[str, Json]:
         info: The facts about the run.
 
     Returns:
-        Plain data for JSON: scenario with its text, robot, start posture, resolvers, seed, time, commit,
+        Plain data for JSON: scenario with its text, robot, start posture, order and units of the
+        unknowns, resolvers, seed, time, commit,
         versions and machine.
     """
     scenario = info.scenario
@@ -73,6 +74,8 @@ def manifest(info: RunInfo) -> dict[str, Json]:
         "scenario": scenario_facts(scenario, info.source),
         "robot": {"name": scenario.robot.name, "nq": scenario.robot.nq, "nv": scenario.robot.nv},
         "q0": scenario.start.tolist(),
+        "order": scenario.stack.order,
+        "unknowns": dict(zip(info.plan.layout.unknowns, info.plan.layout.unknown_units, strict=True)),
         "resolvers": list(info.resolvers),
         "seed": info.seed,
         "started": now(),

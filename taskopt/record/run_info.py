@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from taskopt.errors import InvalidValue
 from taskopt.kinematics.stack import Plan
+from taskopt.kinematics.task import BoundTask
 from taskopt.loop.scenario import Scenario
 
 
@@ -18,22 +18,12 @@ class RunInfo:
         resolvers: The names of the resolvers, in the order in which they take their turns.
         source: The Python file that the scenario was loaded from; None if it was made in code.
         seed: The seed of the run's random numbers; None if it uses none.
-
-    Raises:
-        InvalidValue: The stack is of order 2, for which recordings, pictures and summaries have no form yet.
     """
 
     scenario: Scenario
     resolvers: tuple[str, ...]
     source: Path | None = None
     seed: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.scenario.stack.order == 2:
-            raise InvalidValue(
-                "a run of order 2 cannot be recorded, summarised or compared yet; iterate over "
-                "taskopt.run(scenario, log=...), or step a taskopt.Controller(..., log=...)"
-            )
 
     @cached_property
     def plan(self) -> Plan:
@@ -44,6 +34,16 @@ class RunInfo:
         plan = self.new_plan()
         plan.at(self.scenario.start, 0.0)
         return plan
+
+    @property
+    def accelerates(self) -> bool:
+        """True if the stack is of order 2, whose answers are accelerations."""
+        return self.plan.layout.is_of_accelerations
+
+    @property
+    def declared(self) -> tuple[BoundTask, ...]:
+        """The tasks that the stack declares, without the level that it adds at order 2."""
+        return self.plan.tasks[: sum(map(len, self.scenario.stack.levels))]
 
     def new_plan(self) -> Plan:
         """Compile the stack once more, for a reader that fills it at other postures and times.

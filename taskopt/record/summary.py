@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taskopt.arrays import IntArray
+from taskopt.hierarchy.layout import Layout
 from taskopt.loop.continuity import Continuity
 from taskopt.loop.run import Step, tracking_error
 from taskopt.record.batch import Batch
@@ -26,16 +27,18 @@ class Summary:
         tracking: The tracking error of each tick, see `tracking_error`, (ticks,) [m].
         position_violation: The largest violation of a position limit [rad, m].
         velocity_violation: The largest violation of a velocity limit [rad/s, m/s].
+        acceleration_violation: The largest violation of an acceleration limit at order 2 [rad/s², m/s²].
         least_distance: The least distance that each distance limit measured [m].
-        closed_form_distances: The distance to the closed-form answer at each tick at which nothing binds
-            [rad/s, m/s].
+        closed_form_distances: The distance to the closed-form answer at each tick at which nothing binds,
+            in the unit of the answers.
         path_difference: The largest ‖q ⊖ q of the baseline resolver‖∞ at the same tick [rad, m].
         claimed: The number of ticks at which the resolver claims an optimum.
         judged: The verdicts on the judged ticks, and their largest error bound.
         kkt_residual: The largest KKT residual.
         fallbacks: The number of ticks that a fallback of the resolver answered.
         damped: The number of ticks that were damped, see `RestDamping`.
-        damping_distance: The largest distance of such an answer to that without damping [rad/s, m/s].
+        damping_distance: The largest distance of such an answer to that without damping, in the unit of the
+            answers.
         causes: The number of ticks at which each kind of cause makes the answer differ from its closed form.
         seconds: The solve time of each tick, (ticks,) [s].
         solver_seconds: The part of it that was spent inside the package of a solver, (ticks,) [s].
@@ -50,6 +53,7 @@ class Summary:
     tracking: list[float] = field(default_factory=list)
     position_violation: float = 0.0
     velocity_violation: float = 0.0
+    acceleration_violation: float = 0.0
     least_distance: dict[str, float] = field(default_factory=dict)
     closed_form_distances: list[float] = field(default_factory=list)
     path_difference: float = 0.0
@@ -69,7 +73,12 @@ class Summary:
 
     def __post_init__(self) -> None:
         self.continuity = Continuity(self.gauge.info.plan)
-        self.judged = JudgedTicks(self.gauge.info.scenario.robot)
+        self.judged = JudgedTicks()
+
+    @property
+    def layout(self) -> Layout:
+        """The names and units of the unknowns."""
+        return self.gauge.info.plan.layout
 
     @property
     def ticks(self) -> int:
@@ -97,6 +106,9 @@ class Summary:
             self.position_violation = max(self.position_violation, excess)
         excess = float(self.gauge.velocity_violation(batch).max())
         self.velocity_violation = max(self.velocity_violation, excess)
+        if self.gauge.info.accelerates:
+            beyond = float((np.abs(batch.x) - self.gauge.acceleration_limit).max())
+            self.acceleration_violation = max(self.acceleration_violation, beyond)
         for limit in batch.distance_limits:
             least = float(batch.distance(limit).min())
             self.least_distance[limit] = min(self.least_distance.get(limit, np.inf), least)

@@ -24,16 +24,17 @@ class TableSink:
 
     - tick; t [s]; resolver; status (`Status`); claimed: True if it claims an optimum; nothing_binds:
       True if the closed-form answer keeps every bound and inequality.
-    - q, q_next: lists (nq,) [rad, m]; v: list (nv,) [rad/s, m/s].
+    - q, q_next: lists (nq,) [rad, m]; v: list (nv,) [rad/s, m/s]; at order 2 v is that after the step,
+      and a: list (nv,) [rad/s², m/s²] is the answer.
     - error/<task>: list, e = x_d − x; residual/<task>: 2-norm of the residuals of the task's rows.
     - position_violation [rad, m], velocity_violation [rad/s, m/s]: largest excess over a limit.
     - active: list of names of active bounds and inequalities; multiplier: list, one number for each of them.
-    - verdict: PROVEN, PROVEN_IF, REFUTED, REFUTED_IF or UNDECIDED; error_bound: list (nv,) [rad/s, m/s],
-      bounds on the errors of v, inf where nothing is known; both are null at ticks that are not judged.
+    - verdict: PROVEN, PROVEN_IF, REFUTED, REFUTED_IF or UNDECIDED; error_bound: list (nv,), bounds on the
+      errors of v, at order 2 of a, inf where nothing is known; both are null at ticks that are not judged.
     - kkt_residual: the largest; iterations; seconds, build_seconds [s]: time of the resolver, and of
       kinematics and rows.
-    - closed_form_distance [rad/s, m/s]: ‖v − v of the closed-form answer‖∞; causes: list of the reasons for
-      it.
+    - closed_form_distance: largest difference of v, at order 2 of a, to the closed-form answer; causes: list
+      of the reasons for it.
     - ranks, damping: lists, the rank and the damping k² of each level, hard rows first.
     - distance/<limit> [m]: least distance of a distance limit; nearest/<limit>: the pair that has it.
     """
@@ -98,6 +99,7 @@ class TableSink:
 def _answer_columns(batch: Batch) -> dict[str, pa.Array]:
     """Return the tick, the resolver's claim, and the motion."""
     answers = [step.resolution for step in batch.steps]
+    accelerations = {"a": _lists(batch.x)} if batch.layout.is_of_accelerations else {}
     return {
         "tick": pa.array(batch.index),
         "t": pa.array(batch.t),
@@ -108,6 +110,7 @@ def _answer_columns(batch: Batch) -> dict[str, pa.Array]:
         "q": _lists(batch.q),
         "q_next": _lists(batch.q_next),
         "v": _lists(batch.v),
+        **accelerations,
     }
 
 

@@ -53,6 +53,20 @@ class LimitGauge:
         return np.isfinite(self.velocity_box).all(axis=0) & (self.velocity_box[0] < self.velocity_box[1])
 
     @cached_property
+    def acceleration_limit(self) -> Array:
+        """The largest accelerations that the stack allows, (nv,) [rad/s², m/s²]; inf where there is none."""
+        least = np.full(self.info.scenario.robot.nv, np.inf)
+        for bound in self.info.plan.limits:
+            if isinstance(bound, BoundJointAcceleration):
+                np.minimum(least, bound.strongest, out=least)
+        return least
+
+    @cached_property
+    def accelerations_bounded(self) -> Mask:
+        """True for a velocity whose acceleration the stack bounds, (nv,)."""
+        return np.isfinite(self.acceleration_limit)
+
+    @cached_property
     def keeps_positions(self) -> bool:
         """True if the stack declares limits that hold the positions."""
         holding = JointPositionLimit | JointAccelerationLimit
@@ -82,6 +96,17 @@ class LimitGauge:
         """
         lower, upper = self.velocity_box[:, self.bounded]
         return (2.0 * v[:, self.bounded] - lower - upper) / (upper - lower)
+
+    def acceleration_share(self, a: Array) -> Array:
+        """Divide accelerations by their limits.
+
+        Args:
+            a: Accelerations, (k, nv) [rad/s², m/s²].
+
+        Returns:
+            Those that are bounded, (k, b): −1 at the lower bound, +1 at the upper one.
+        """
+        return a[:, self.accelerations_bounded] / self.acceleration_limit[self.accelerations_bounded]
 
     def position_violation(self, batch: Batch) -> Array:
         """Measure the excess of positions over the robot's limits after each step.

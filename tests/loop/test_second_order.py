@@ -3,6 +3,7 @@
 from copy import deepcopy
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,7 +25,9 @@ from taskopt import (
     run,
 )
 from taskopt.kinematics.configuration import Configuration
-from taskopt.record.run_info import RunInfo
+from taskopt.loop.one_call import one_call
+from taskopt.loop.run_log import RunLog
+from taskopt.resolver.active_set.resolver import ActiveSet
 from tests.helpers.robots import robot
 
 H = 1e-3
@@ -275,8 +278,8 @@ def test_a_start_outside_the_limits_is_braked_and_comes_back():
     assert (q <= arm.position_upper).all()
 
 
-def test_run_takes_the_same_steps_and_a_log_is_refused():
-    """`run` and `Controller.after` agree; a log is refused by name."""
+def test_run_takes_the_same_steps_and_a_raw_log_is_refused():
+    """`run` and `Controller.after` agree; a raw log is refused by name."""
     arm = planar_arm(lengths=(0.5, 0.5, 0.5))
     stack = Stack([[tip_task(20.0)]], order=2)
     scenario = Scenario(robot=arm, q0=START, stack=stack, duration=0.1)
@@ -285,8 +288,56 @@ def test_run_takes_the_same_steps_and_a_log_is_refused():
     assert np.array_equal(steps[-1].q_next, q)
     assert np.array_equal(steps[-1].v, v)
     assert max(step.closed_form_distance for step in steps) < 1e-9 * max(np.abs(s.x).max() for s in steps)
-    with pytest.raises(InvalidValue, match="order 2 cannot be recorded"):
-        RunInfo(scenario, ("active-set",))
+    with pytest.raises(InvalidValue, match="a log of a run does not know stacks of order 2"):
+        RunLog(scenario, [ActiveSet()], "never_written.arrow")
+
+
+@pytest.mark.parametrize("resolver", ["active-set", "pinv", "hqp/daqp", "cvxpy/clarabel"])
+def test_the_norm_of_inertia_is_that_of_the_present_posture(resolver):
+    """(3.104) with the pseudo-inverse that M(q) weighs, from differences of the kinetic energy."""
+    arm, v = robot("panda"), np.linspace(-0.3, 0.5, 7)
+    stack = Stack([[PositionTask("panda_hand", gain=3.0)]], norm="inertia", order=2, self_motion=3.0)
+    control = Controller(arm, stack, resolver, dt=H)
+    control.start(arm.posture("middle") - 0.1)
+    for q in (arm.posture("middle"), arm.posture("middle") + 0.4):
+        a = control.step(q, 0.0, v=v).a
+        J, asked = control.plan.hierarchy.A[:3], control.plan.hierarchy.lower[:3]
+        inverse = np.linalg.inv(mass_matrix(arm, q))
+        pseudo = inverse @ J.T @ np.linalg.inv(J @ inverse @ J.T)
+        expected = pseudo @ asked + (np.eye(7) - pseudo @ J) @ (-3.0 * v)
+        tolerance = 1e-6 if resolver == "cvxpy/clarabel" else 1e-9
+        assert np.abs(a - expected).max() < tolerance * np.abs(a).max()
+        other = np.linalg.pinv(J) @ asked + (np.eye(7) - np.linalg.pinv(J) @ J) @ (-3.0 * v)
+        assert np.abs(a - other).max() > 0.1
+
+
+def mass_matrix(arm, q):
+    """M(q) from the kinetic energy alone, which is a quadratic form of v."""
+    data, eye = arm.model.createData(), np.eye(arm.nv)
+
+    def energy(v):
+        return pin.computeKineticEnergy(arm.model, data, q, v)
+
+    single = np.array([energy(e) for e in eye])
+    pairs = np.array([[energy(a + b) for b in eye] for a in eye])
+    return pairs - single[:, None] - single[None, :]
+
+
+def test_the_norm_of_inertia_is_refused_where_it_cannot_be_had():
+    """An arm without masses has no such norm, and order 1 has none; other words are unknown."""
+    with pytest.raises(InvalidValue, match="needs masses"):
+        Stack([[JointTask()]], norm="inertia", order=2).compile(planar_arm(), H)
+    for norm, order in (("inertia", 1), ("mass", 2)):
+        with pytest.raises(InvalidValue, match='or "inertia" at order=2'):
+            Stack([[JointTask()]], norm=norm, order=order)
+
+
+def test_a_full_norm_is_resolved_in_one_call():
+    """Norms of every kind take the compiled path, since the last level holds them."""
+    W = np.diag(np.linspace(1.0, 2.0, 7)) + 0.1
+    for norm in (None, W, "inertia"):
+        plan = Stack([[JointTask()]], norm=norm, order=2).compile(robot("panda"), H)
+        assert one_call(plan, ActiveSet(), None) is not None
 
 
 def test_a_copy_goes_on_as_the_original_does():

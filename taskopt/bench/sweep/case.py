@@ -27,7 +27,7 @@ FIGURES = {
     "tracking_last": "tracking error at the last tick [m]",
     "position_excess": "largest excess over a position limit [rad, m]",
     "velocity_excess": "largest excess over a velocity limit [rad/s, m/s]",
-    "jump": "largest change of a velocity in one tick [rad/s, m/s]",
+    "jump": "largest change of an answer in one tick [rad/s, m/s; at order 2 rad/s², m/s²]",
     "active": "share of the ticks at which a limit is active",
     "claimed": "share of the ticks that are claimed to be optimal",
     "judged": "ticks that were judged",

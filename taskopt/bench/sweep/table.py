@@ -56,8 +56,8 @@ def table(done: Done, grid: Grid) -> Table:
     note = (
         "Over all seeds. stopped: runs that ended early; error: root mean square of the tracking error over "
         "a run, median and largest of the runs [m]; last: largest error at the last tick [m]; jump: largest "
-        "change of a velocity in one tick [rad/s, m/s]; active: share of the ticks at which a limit is "
-        "active; claimed: share of the ticks; proven, refuted: of the ticks that were judged."
+        "change of an answer in one tick [rad/s, m/s; at order 2 rad/s², m/s²]; active: share of the ticks "
+        "at which a limit is active; claimed: share of the ticks; proven, refuted: of those that were judged."
     )
     heading = (
         *(one.address for one in grid.axes), "resolver", "runs", "stopped", "error p50", "error largest",

@@ -160,6 +160,11 @@ class BoundJointAcceleration(BoundLimit, RateLimit):
         """v_max of each velocity, (nv,) [rad/s, m/s]."""
         return self._velocity
 
+    @property
+    def strongest(self) -> Array:
+        """a of each velocity, (nv,) [rad/s², m/s²]."""
+        return self._acceleration
+
     def moved(self, v: Array) -> None:
         """Remember the velocity that the robot has until the next tick; see `RateLimit.moved`."""
         self._joints[:, 0] = v

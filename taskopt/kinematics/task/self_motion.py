@@ -26,6 +26,7 @@ class BoundSelfMotion(BoundTask):
 
     constant = False
     curved = False
+    fixed_target = True
 
     def __init__(self, robot: Robot, gain: float, norm: Array) -> None:
         nv, diagonal = robot.nv, norm.ndim == 1
@@ -35,7 +36,7 @@ class BoundSelfMotion(BoundTask):
         self._root = np.eye(nv) if diagonal else np.linalg.cholesky(norm).T
         self.kernel, self.lift_kernel = standing_rows, velocity_lift
         self.parameters = np.array([nv], dtype=np.int64)
-        self.use(self.gain.copy())
+        self.use(np.concatenate([self.gain, self.further_memory()]))
 
     def accelerate(self) -> None:
         """Do nothing: the rows are those of second order. See `BoundTask.accelerate`."""
@@ -46,8 +47,12 @@ class BoundSelfMotion(BoundTask):
 
     def use(self, memory: Array) -> None:
         """Re-bind this part to a memory; see `Part.use`."""
-        memory[:] = self.gain
-        self.memory = self.gain = memory
+        memory[: self.gain.size] = self.gain
+        self.memory, self.gain = memory, memory[: self.gain.size]
+
+    def further_memory(self) -> Array:
+        """Return the memory that follows the gains."""
+        return np.zeros(0)
 
     def prepare(self, rows: LevelRows) -> None:
         """Write the rows; see `RowPart.prepare`."""

@@ -108,6 +108,10 @@ def _plots(info: RunInfo, gauge: LimitGauge) -> Iterator[tuple[View, float]]:
         yield _one_tab_each(info, "Velocity in its limits", "v_normalised", RANGE), 1.1
     else:
         yield _one_tab_each(info, "Joint velocity [rad/s]", "v"), 1.1
+    if info.accelerates and gauge.accelerations_bounded.any():
+        yield _one_tab_each(info, "Acceleration in its limits", "a_normalised", RANGE), 1.1
+    elif info.accelerates:
+        yield _one_tab_each(info, "Joint acceleration [rad/s²]", "a"), 1.1
     if info.plan.distance_limits:
         yield rrb.Tabs(*_distances(info), name="Distances"), 1.4
     if info.scenario.stack.limits or (limit_rows(info)[info.plan.layout.n :]).any():
@@ -227,7 +231,7 @@ def _front_tab(info: RunInfo) -> int:
 
 def _errors(info: RunInfo) -> list[View]:
     """Plot the errors of the frame tasks, or of all tasks if none has a frame, one plot for each unit."""
-    tasks = [task for task in info.plan.tasks if task.frame is not None] or list(info.plan.tasks)
+    tasks = [task for task in info.plan.tasks if task.frame is not None] or list(info.declared)
     plots = []
     for unit in UNITS:
         fitting = [task.name for task in tasks if rows_in_unit(task, unit).any()]
@@ -251,7 +255,7 @@ def _proofs(info: RunInfo) -> list[View]:
     residuals = [data_path(name, "kkt_residual") for name in info.resolvers]
     distances = [closed_form_path(name) for name in info.resolvers]
     return [
-        plot_view("Proof, log10 of the error bound over max(1, |v|)", bounds),
+        plot_view("Proof, log10 of the error bound over max(1, |x|)", bounds),
         plot_view("KKT residual, log10 of the largest", residuals),
-        plot_view("Distance to the closed form, log10 [rad/s]", distances),
+        plot_view(f"Distance to the closed form, log10 [{info.plan.layout.angular_unit}]", distances),
     ]

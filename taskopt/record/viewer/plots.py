@@ -37,6 +37,9 @@ class Plots:
         self._info, self._gauge = info, gauge
         robot = info.scenario.robot
         self._joints = {"q_normalised": gauge.ranged, "v_normalised": gauge.bounded}
+        self._answers = ("v", "a") if info.accelerates else ("v",)
+        if info.accelerates:
+            self._joints["a_normalised"] = gauge.accelerations_bounded
         self._joint_names = np.array(short_names(robot.velocity_names))
         self._multipliers = multiplier_lines(info)
         self._configuration = Configuration(robot, info.scenario.start)
@@ -74,6 +77,8 @@ class Plots:
             "timing": 1e6 * batch.seconds,
             "position_violation": self._gauge.position_violation(batch),
         }
+        if self._info.accelerates:
+            vectors |= {"a": batch.x, "a_normalised": self._gauge.acceleration_share(batch.x)}
         for key, rows in vectors.items():
             _send_rows(writer, data_path(batch.resolver, key), batch, rows)
         _send_rows(writer, closed_form_path(batch.resolver), batch, log10(batch.closed_form_distance))
@@ -91,7 +96,8 @@ class Plots:
         paint = line_colours(robot.nv)
         for key, shown in self._joints.items():
             draw_lines(writer, data_path(resolver, key), self._joint_names[shown].tolist(), paint[shown])
-        draw_lines(writer, data_path(resolver, "v"), robot.velocity_names, paint)
+        for key in self._answers:
+            draw_lines(writer, data_path(resolver, key), robot.velocity_names, paint)
         names = list(self._multipliers)
         draw_lines(writer, data_path(resolver, "multiplier"), names, line_colours(len(names)))
 
@@ -183,10 +189,10 @@ def _send_rows(writer: RecordingWriter, path: str, batch: Batch, rows: Array) ->
 
 
 def _send_bounds(writer: RecordingWriter, batch: Batch) -> None:
-    """Append log10 of the largest error bound relative to max(1, |v|), at the ticks that are judged."""
+    """Append log10 of the largest error bound relative to max(1, |x|), at the ticks that are judged."""
     ticks = np.flatnonzero(batch.judged)
     if len(ticks):
-        bound = (batch.error_bound[ticks] / np.maximum(1.0, np.abs(batch.v[ticks]))).max(axis=1)
+        bound = (batch.error_bound[ticks] / np.maximum(1.0, np.abs(batch.x[ticks]))).max(axis=1)
         lines = rr.Scalars.columns(scalars=log10(bound))
         path = data_path(batch.resolver, "error_bound")
         writer.send_columns(path, batch.index[ticks], batch.time[ticks], lines)

@@ -108,7 +108,7 @@ def objective_terms(info: RunInfo) -> tuple[ObjectiveTerm, ...]:
     """
     declared = [task for level in info.scenario.stack.levels for task in level]
     terms = []
-    for task, bound in zip(declared, info.plan.tasks, strict=True):
+    for task, bound in zip(declared, info.declared, strict=True):
         if not isinstance(task, WithObjective):
             continue
         objective = task.objective

@@ -107,9 +107,9 @@ to read its axes.
 limit is active, blue while the lower one is, and yellow where an answer that knows no limits is beyond it.
 - Multiplier (price): what the limit costs the first level that it holds back; > 0 at an upper limit.
 - Claimed: the resolver says that it has the optimum. Of the ticks that are judged: proven, if the error \
-bound of every velocity v is below 1e-8 · max(1, |v|); refuted, if one is certainly further off; else \
+bound of every unknown x is below 1e-8 · max(1, |x|); refuted, if one is certainly further off; else \
 undecided.
-- Proof: log10 of the largest error bound over max(1, |v|), at the ticks that are judged; proven below −8.
+- Proof: log10 of the largest error bound over max(1, |x|), at the ticks that are judged; proven below −8.
 """
 _DISTANCE_GUIDE = """- Two points joined by a line: the nearest points of a link and of what it must not \
 touch; red while the limit is active, yellow below the margin. The number is the least distance.
