@@ -12,7 +12,8 @@ at −K; where c < 0 nothing grows faster than with K. Unlike at first order, wh
 moves, rows q̈ = 0 would let a motion live on; and unlike there, the bound of f″ by a lever arm would be too
 much: the arm would creep.
 
-The directions that are damped, and r, are those of `taskopt.hierarchy.rest`, with 1/K_P in place of Δt: ε²
+The directions that are damped are those of `taskopt.hierarchy.rest`, with 1/K_P in place of Δt, and with the
+part of b that the damped level cannot meet, r(ε) = b − Σ_i min(1, σ_i²/ε²) u_i u_iᵀ b, since c needs r: ε²
 bounds |c| from above. √|c| fades as √(1 − σ²/ε²), so that nothing jumps where a direction comes or goes.
 
 Directions n that the rows leave free belong to the same minimum where c > 0: a stretched arm has one weak
@@ -75,7 +76,7 @@ def bent_directions(
         found, limit = lower > (1.0 - THRESHOLD_FOUND) * limit, lower
         if found:
             break
-        left = b - U[:, :count] @ (sigma**2 / (sigma**2 + limit) * (U.T @ b)[:count])
+        left = b - U[:, :count] @ (np.minimum(1.0, sigma**2 / limit) * (U.T @ b)[:count])
     weak = sigma[: count - taken] ** 2 < limit
     if not weak.any():
         return nothing

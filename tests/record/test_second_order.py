@@ -8,6 +8,7 @@ import pytest
 
 from taskopt import JointAccelerationLimit, JointTask, PositionTask, Scenario, Stack, planar_arm
 from taskopt.compare import Comparison
+from taskopt.loop.run import Step
 from taskopt.record.log import Log
 from taskopt.record.reading import read_table
 from taskopt.record.run_info import RunInfo
@@ -19,7 +20,7 @@ STRONGEST = 3.0  # [rad/s²], less than the closed form takes
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory) -> tuple[Comparison, list, Path]:
+def compared(tmp_path_factory) -> tuple[Comparison, list[Step], Path]:
     """A comparison whose acceleration limit binds, with its steps and its log."""
     tip = PositionTask("tip", target=(0.6, 0.7, 0.0), gain=8.0, axes="xy")
     stack = Stack([[tip], [JointTask(gain=2.0)]], [JointAccelerationLimit(STRONGEST)], order=2)
