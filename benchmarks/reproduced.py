@@ -1,10 +1,11 @@
-"""Experiments of three papers, repeated on problems of our own: the tables of docs/reproduced.md.
+"""Experiments of four papers, repeated on problems of our own: the tables of docs/reproduced.md.
 
     python benchmarks/reproduced.py                   # all of them, 100 draws of each size
     python benchmarks/reproduced.py --draws 1000      # as many as in the first paper
 
-Printed is Markdown. Problems are drawn by the seeded generators of `taskopt.bench.comparison.families`, so
-that every figure but the times comes out the same again.
+Printed is Markdown. `pink_programs.py` prints the last table of that page, for which pink is needed.
+Problems are drawn by the seeded generators of `taskopt.bench.comparison.families`, so that every figure
+but the times comes out the same again.
 """
 
 import os
@@ -21,13 +22,36 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from taskopt import Hierarchy, Level, resolve
+from taskopt import (
+    Controller,
+    Hierarchy,
+    JointAccelerationLimit,
+    JointTask,
+    Latest,
+    Level,
+    Stack,
+    Status,
+    planar_arm,
+    resolve,
+)
 from taskopt.arrays import Array
 from taskopt.bench.comparison.families import random_levels, velocity_bounds
 from taskopt.resolver.null_space_saturation import saturated
 
 SIZES = (20, 40, 60)
 GAPS = (1e0, 1e-1, 1e-2, 1e-3, 1e-4)
+
+
+class JointRange(NamedTuple):
+    """Limits of a joint, the same on both sides: position [rad], velocity [rad/s], acceleration [rad/s²]."""
+
+    position: float
+    velocity: float
+    acceleration: float
+
+
+JOINT, GAIN, SECONDS = JointRange(0.5, 2.0, 10.0), 8.0, 4.0
+PERIODS = (0.001, 0.005, 0.01, 0.02)
 
 
 class Effort(NamedTuple):
@@ -108,6 +132,60 @@ def near_a_conflict(gaps: Iterable[float]) -> Iterator[tuple[str, ...]]:
         yield f"{gap:g}", *cells
 
 
+def joint_limits(periods: Iterable[float]) -> Iterator[tuple[str, ...]]:
+    """Yield how limits of one joint are kept: bounds for the next tick alone, and `JointAccelerationLimit`.
+
+    The joint is pulled from one end of its range to the other, beyond both, each second, for four seconds.
+    """
+    for dt in periods:
+        cells = []
+        for q, v, a, contradictory in (_next_tick_alone(dt), _for_ever(dt)):
+            over = [float(np.abs(part).max() - most) for part, most in zip((q, v, a), JOINT, strict=True)]
+            told = " / ".join("0" if one < 1e-9 else f"{one:.2g}" for one in over)
+            cells.append(f"{told} / {100 * np.mean(contradictory):.0f} %")
+        yield f"{1e3 * dt:g}", *cells
+
+
+def _pull(q: float, v: float, t: float) -> float:
+    """Return the acceleration that a critically damped spring towards a point beyond the range asks for."""
+    goal = 2.0 * JOINT.position * (1.0 if int(t) % 2 == 0 else -1.0)
+    return GAIN**2 * (goal - q) - 2.0 * GAIN * v
+
+
+def _next_tick_alone(dt: float) -> tuple[Array, ...]:
+    """Bound the acceleration by what each limit says of the next tick; in a contradiction that of a holds."""
+    q, v, told = 0.0, 0.0, []
+    for k in range(round(SECONDS / dt)):
+        sides = np.array([-1.0, 1.0])
+        lower, upper = zip(
+            sides * JOINT.acceleration,
+            (sides * JOINT.velocity - v) / dt,
+            2.0 * (sides * JOINT.position - q - v * dt) / dt**2,
+            strict=True,
+        )
+        a = float(np.minimum(np.maximum(_pull(q, v, k * dt), max(lower)), min(upper)))
+        contradictory = max(lower) > min(upper) + 1e-9
+        a = float(np.clip(a, -JOINT.acceleration, JOINT.acceleration))
+        q, v = q + v * dt + 0.5 * a * dt**2, v + a * dt
+        told.append((q, v, a, contradictory))
+    return tuple(np.array(told, dtype=float).T)
+
+
+def _for_ever(dt: float) -> tuple[Array, ...]:
+    """Run the same pull through `Controller` at order 2 with `JointAccelerationLimit`."""
+    robot = planar_arm([1.0], lower=-JOINT.position, upper=JOINT.position)
+    goal = Latest(np.zeros(1))
+    limit = JointAccelerationLimit(JOINT.acceleration, velocity=JOINT.velocity)
+    control = Controller(robot, Stack([[JointTask(goal, gain=GAIN)]], [limit], order=2), dt=dt)
+    q, told = np.zeros(1), []
+    for k in range(round(SECONDS / dt)):
+        goal.set(np.array([2.0 * JOINT.position * (1.0 if int(k * dt) % 2 == 0 else -1.0)]))
+        answer = control.step(q, k * dt)
+        q, v = control.after()
+        told.append((q[0], v[0], answer.a[0], answer.status is not Status.SOLVED))
+    return tuple(np.array(told, dtype=float).T)
+
+
 def table(heading: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (heading, ("---",) * len(heading), *rows))
@@ -124,7 +202,9 @@ def main() -> None:
     heading = "demand", "problems", "sns", "largest", "pseudo-inverse scaled", "sns reaches the largest"
     print(table(heading, scale_factors(draws)), end="\n\n")
     heading = "gap", "pinv", "dls", "srtp"
-    print(table(heading, near_a_conflict(GAPS)))
+    print(table(heading, near_a_conflict(GAPS)), end="\n\n")
+    heading = "period [ms]", "next tick alone", "JointAccelerationLimit"
+    print(table(heading, joint_limits(PERIODS)))
 
 
 if __name__ == "__main__":

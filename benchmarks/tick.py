@@ -1,8 +1,9 @@
 """Time of one tick: this library through `Controller` beside its peers, or beside an older commit.
 
-    python benchmarks/tick.py                       # W1 and W1v, beside pink if it is installed
+    python benchmarks/tick.py                       # W1 and W1v
     python benchmarks/tick.py --case W1s W2 W2s     # strict levels; TALOS
-    python benchmarks/tick.py --placo PYTHON --mink PYTHON   # these too, from environments that have them
+    python benchmarks/tick.py --peers FOLDER        # beside the peers of peers/environments.py FOLDER
+    python benchmarks/tick.py --with PYTHON SCRIPT  # beside a peer of your own, a script that calls serve
     python benchmarks/tick.py --case W1s --resolver active-set pinv hqp/daqp wqp/daqp   # several resolvers
     python benchmarks/tick.py --memory 1000000 --case W1s    # resident memory over so many ticks
     python benchmarks/tick.py --against 8dbc6b4     # all cases: is this checkout slower than that commit?
@@ -27,22 +28,26 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import argparse
 import gc
 import resource
+import sys
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter_ns, thread_time_ns
+from typing import Any
 
 import cases
 import numpy as np
 from against import tick_against
-from handed import Remote, hand_over
+from peers.environments import installed, interpreter
+from peers.handed import Remote, hand_over
 
 from taskopt import Controller, TaskoptError
 from taskopt.arrays import Array
 from taskopt.solver.inside import nanoseconds_inside
 
+HERE = Path(__file__).parent / "peers"
 STRICT = "s"  # in the name of a case: levels that no peer can state
 CLOCKS = {"wall": perf_counter_ns, "cpu": thread_time_ns}  # the latter leaves out what other processes took
-PEERS = {"placo": ("placo_tick.py", "eiquadprog"), "mink": ("mink_tick.py", "daqp")}
 
 
 class Local:
@@ -73,22 +78,13 @@ class Local:
             begin, before = self.clock(), nanoseconds_inside()
             try:
                 self.tick(i)
-            except (TaskoptError, pink_error()) as error:
+            except TaskoptError as error:
                 print(f"  {type(self).__name__} gave up at tick {i}: {error}"[:200])
                 self.gone = True
                 break
             times[i - first] = (self.clock() - begin) * 1e-3
             self.inside.append((nanoseconds_inside() - before) * 1e-3)
         return times
-
-
-def pink_error() -> type[Exception]:
-    """Return the error that pink raises, or our own where pink is not installed."""
-    if not find_spec("pink"):
-        return TaskoptError
-    from pink.exceptions import PinkError  # pyright: ignore[reportMissingImports]
-
-    return PinkError
 
 
 class Ours(Local):
@@ -113,63 +109,15 @@ class Ours(Local):
         self.q = self.case.robot.integrate(self.q, self.last.v, cases.DT)
 
 
-class Pink(Local):
-    """pink on the same case, through its documented loop.
+def pink_beside(case: cases.BenchmarkCase) -> Any:
+    """Return pink on a case in this process, to be asked at our postures; None where it is not installed."""
+    if not find_spec("pink") or STRICT in case.name:
+        return None
+    sys.path.insert(0, str(HERE))
+    from peers.pink_peer import Stack
+    from peers.served import handed_case
 
-    Args:
-        case: The case.
-        solver: Name of the QP solver.
-    """
-
-    def __init__(self, case: cases.BenchmarkCase, solver: str = "quadprog") -> None:
-        import pink  # pyright: ignore[reportMissingImports]
-        import pinocchio as pin
-        from pink.limits import ConfigurationLimit, VelocityLimit  # pyright: ignore[reportMissingImports]
-        from pink.tasks import ComTask, FrameTask, PostureTask  # pyright: ignore[reportMissingImports]
-
-        super().__init__()
-        self.name = f"pink {solver}"
-        self.pin, self.solve, self.solver = pin, pink.solve_ik, solver
-        model = pin.Model(case.robot.model)  # pyright: ignore[reportAttributeAccessIssue]
-        model.velocityLimit *= cases.VELOCITY_SCALE.get(case.name, 1.0)
-        self.configuration = pink.Configuration(model, model.createData(), case.q0)
-        self.hand = FrameTask(case.frame, 1.0, 1.0)
-        self.tasks = [self.hand]
-        cost = {name: weight**0.5 for name, weight in cases.weights(case.name).items()}
-        if case.name.startswith("W2"):
-            self.tasks += [ComTask(cost=cost["centre of mass"])]
-            feet = [FrameTask(foot, cost["feet"], cost["feet"]) for foot in cases.FEET]
-        else:
-            feet = []
-        self.constraints = feet if "h" in case.name else []
-        self.tasks += [*([] if self.constraints else feet), PostureTask(cost=cost["posture"])]
-        for task in [*self.tasks, *self.constraints]:
-            task.set_target_from_configuration(self.configuration)
-        self.limits = [ConfigurationLimit(model, cases.POSITION_GAIN), VelocityLimit(model)]
-        self.poses = [pin.SE3(pose) for pose in case.poses]  # pyright: ignore[reportAttributeAccessIssue]
-
-    def velocity(self) -> Array:
-        """Return its answer at its own posture, (nv,) [rad/s, m/s]."""
-        return self.solve(
-            self.configuration,
-            self.tasks,
-            cases.DT,
-            solver=self.solver,
-            damping=cases.DAMPING,
-            limits=self.limits,
-            constraints=self.constraints or None,
-        )
-
-    def tick(self, i: int) -> None:
-        """Do one tick."""
-        self.hand.set_target(self.poses[i])
-        self.configuration.integrate_inplace(self.velocity(), cases.DT)
-
-    def velocity_at(self, q: Array, i: int) -> Array:
-        """Return its answer at another posture, (nv,) [rad/s, m/s]; this is not timed."""
-        self.configuration.update(q)
-        self.hand.set_target(self.poses[i])
-        return self.velocity()
+    return Stack(handed_case(hand_over(case), "quadprog"))
 
 
 def interleave(contestants: Sequence[Local | Remote], ticks: int, block: int) -> list[Array]:
@@ -201,7 +149,7 @@ def examine(case: cases.BenchmarkCase, resolver: str, ticks: int) -> str:
         largest KKT residual, and the largest deviation from pink.
     """
     ours = Ours(case, resolver)
-    pink = Pink(case) if find_spec("pink") and STRICT not in case.name else None
+    pink = pink_beside(case)
     bounds, searches, fallbacks, worst, apart = np.zeros(ticks), 0, 0, 0.0, 0.0
     for i in range(ticks):
         q = ours.q
@@ -218,16 +166,27 @@ def examine(case: cases.BenchmarkCase, resolver: str, ticks: int) -> str:
     return f"{share}; {answered}; largest KKT residual {worst:.1e}{beside}"
 
 
+def remotes(arguments: argparse.Namespace, folder: Path, every: bool = False) -> list[Remote]:
+    """Start the peers that the command line names.
+
+    Args:
+        arguments: With `peers`, a folder or None, `with_own`, pairs of interpreter and script, and `clock`.
+        folder: What was handed over.
+        every: True for all solvers of a peer, not only those that differ in a case.
+    """
+    told = []
+    for name, peer in installed(arguments.peers).items() if arguments.peers else ():
+        solvers = peer.solvers if every or name != "embodik" else peer.solvers[:1]
+        told += [(str(interpreter(arguments.peers, name)), peer.script, solver) for solver in solvers]
+    told += [(python, str(Path(script).resolve()), "own") for python, script in arguments.with_own or ()]
+    return [Remote(python, script, folder, solver, arguments.clock) for python, script, solver in told]
+
+
 def rows(name: str, arguments: argparse.Namespace) -> Iterator[tuple[str, Array, Array]]:
     """Yield name, times and times inside a solver [µs] of each contestant, without the warm-up."""
     case = cases.benchmark_case(name, arguments.ticks)
     contestants: list[Local | Remote] = [Ours(case, resolver) for resolver in arguments.resolver]
-    if find_spec("pink"):
-        contestants += [Pink(case, solver) for solver in ("quadprog", "daqp")]
-    folder = hand_over(case)
-    for peer, (script, solver) in PEERS.items():
-        if getattr(arguments, peer):
-            contestants.append(Remote(getattr(arguments, peer), script, folder, solver, arguments.clock))
+    contestants += remotes(arguments, hand_over(case))
     times = interleave(contestants, arguments.ticks, arguments.block)
     for contestant in contestants:
         if isinstance(contestant, Remote):
@@ -259,6 +218,21 @@ def beside_peers(arguments: argparse.Namespace) -> None:
             )
 
 
+def add_peers(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name peers."""
+    parser.add_argument(
+        "--peers", type=Path, metavar="FOLDER", help="where peers/environments.py put the environments"
+    )
+    parser.add_argument(
+        "--with",
+        dest="with_own",
+        nargs=2,
+        action="append",
+        metavar=("PYTHON", "SCRIPT"),
+        help="a peer of yours",
+    )
+
+
 def watch_memory(arguments: argparse.Namespace) -> None:
     """Print the largest resident memory so far, ten times in the course of many ticks of one case."""
     case = cases.benchmark_case((arguments.case or ["W1s"])[0], arguments.ticks)
@@ -287,8 +261,7 @@ def main() -> None:
     parser.add_argument("--clock", default="wall", choices=CLOCKS, help="cpu: on a machine that others use")
     parser.add_argument("--against", metavar="COMMIT", help="compare with this commit instead of with peers")
     parser.add_argument("--runs", type=int, default=7, help="with --against")
-    for peer in PEERS:
-        parser.add_argument(f"--{peer}", metavar="PYTHON", help=f"an interpreter that has {peer} installed")
+    add_peers(parser)
     arguments = parser.parse_args()
     if arguments.against:
         chosen = arguments.case or cases.NAMES

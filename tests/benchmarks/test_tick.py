@@ -110,7 +110,7 @@ def test_arguments_of_peers_are_optional() -> None:
     from tick import rows
 
     arguments = Namespace(ticks=4, warm=1, block=2, resolver=["active-set", "hqp/daqp"], clock="cpu")
-    arguments.placo = arguments.mink = None
+    arguments.peers = arguments.with_own = None
     found = {name: inside for name, taken, inside in rows("W1s", arguments) if len(taken) == 3}
     assert next(iter(found)) == "taskopt active-set"
     assert not found["taskopt active-set"].any()

@@ -2,6 +2,10 @@
 
 import csv
 import json
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -219,3 +223,35 @@ def test_a_dask_cluster_gives_the_same(arm: str, tmp_path: Path) -> None:
     assert shown(tmp_path / "dask") == shown(tmp_path / "whole")
     lines = [json.loads(line) for line in (tmp_path / "dask" / FILE).read_text().splitlines()]
     assert len([line for line in lines if "case" in line]) == 12
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from taskopt.bench.sweep.grid import Grid, axis
+from taskopt.bench.sweep.sweep import Sweep, carry_out
+
+grid = Grid((axis("hand.gain=1,10,100"), axis("rest.weight=1")), seeds=2, resolvers=("active-set", "pinv"))
+sweep, scheduler = Sweep(sys.argv[1], grid), sys.argv[3] if len(sys.argv) > 3 else None
+for done, _ in carry_out(sweep, Path(sys.argv[2]), 2, scheduler):
+    if done == 6:
+        os.kill(os.getpid(), 9)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cluster", [False, True], ids=["processes", "Dask"])
+def test_a_sweep_that_is_killed_halfway_goes_on(arm: str, tmp_path: Path, cluster: bool) -> None:
+    """Its process gets SIGKILL after 6 of 12 cases; the next one computes the others, to the same table."""
+    finish(Sweep(arm, GRID), tmp_path / "whole")
+    with ExitStack() as stack:
+        address = []
+        if cluster:
+            distributed = pytest.importorskip("distributed")
+            made = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+            address = [stack.enter_context(made).scheduler_address]
+        command = [sys.executable, "-c", KILLED, arm, str(tmp_path / "killed"), *address]
+        assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+        assert len(read_sweep(tmp_path / "killed", GRID)) == 6
+        assert finish(Sweep(arm, GRID), tmp_path / "killed", jobs=2, scheduler=(address or [None])[0]) == 6
+    assert shown(tmp_path / "killed") == shown(tmp_path / "whole")

@@ -1,12 +1,14 @@
-"""Hands a benchmark case to a peer in another environment: a folder, and a process that takes turns.
+"""Hands a benchmark case, or problems, to a peer in another environment: a folder, and a process in turns.
 
-The folder holds `robot.urdf` (no meshes, velocity limits as in the case), `case.json` and `poses.npy`; what
-runs on the other side begins with `served.py`.
+The folder holds `robot.urdf` (no meshes, velocity limits as in the case), `case.json` and `poses.npy`; or
+`problems.json`, hierarchies as rows. What runs on the other side calls `served.serve`.
 """
 
 import json
+import os
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from importlib.metadata import distribution
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -14,7 +16,9 @@ from xml.etree import ElementTree as ET
 import cases
 import numpy as np
 
+from taskopt import Hierarchy
 from taskopt.arrays import Array
+from taskopt.errors import InvalidValue
 
 HERE = Path(__file__).parent
 SHIPPED = {
@@ -28,22 +32,31 @@ class Remote:
 
     Args:
         python: The interpreter.
-        script: Name of the script in this folder.
-        folder: What `hand_over` wrote.
+        script: Path of the script; a name alone is that of a script in this folder.
+        folder: What `hand_over` or `hand_over_rows` wrote.
         solver: Name of the QP solver.
         clock: "wall" or "cpu".
+
+    Attributes:
+        name: What it calls itself.
+        answers: Its answers to problems so far, (n,) each, None where it found none.
     """
 
     def __init__(self, python: str, script: str, folder: Path, solver: str, clock: str) -> None:
         command = [python, str(HERE / script), str(folder), solver, clock]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.name = json.loads(self._answer())
+        own = {**os.environ, "PYTHONPATH": str(HERE)}  # where `served` is; this library is not there
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=own
+        )
+        self.name, self.answers = json.loads(self._answer()), list[list[float] | None]()
 
     def block(self, first: int, stop: int) -> Array:
         """Return the time of the ticks from `first` to `stop` [µs]; NaN from the one at which it gave up."""
         assert self._process.stdin is not None
         print(first, stop, file=self._process.stdin, flush=True)
-        return np.array(json.loads(self._answer()), dtype=float)
+        told = json.loads(self._answer())
+        self.answers += told["answers"]
+        return np.array(told["times"], dtype=float)
 
     def _answer(self) -> str:
         assert self._process.stdout is not None
@@ -85,6 +98,41 @@ def hand_over(case: cases.BenchmarkCase) -> Path:
     np.save(folder / "poses.npy", np.array(case.poses))
     robots = distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
     _write_bare(Path(str(robots)) / SHIPPED[robot.name], folder / "robot.urdf", told["speeds"])
+    return folder
+
+
+def hand_over_rows(problems: Sequence[Hierarchy]) -> Path:
+    """Write problems into a temporary folder, and return that folder.
+
+    Args:
+        problems: Hierarchies whose levels are equalities, and whose norm is 1. Rows are handed over times the
+            root of their weight, which is the same problem.
+
+    Raises:
+        InvalidValue: A problem has other levels, or another norm.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="taskopt-rows-"))
+    told = []
+    for problem in problems:
+        levels = [problem.level(k) for k in range(1, problem.layout.level_count + 1)]
+        if not all((one.lower == one.upper).all() for one in levels) or not (problem.norm == 1.0).all():
+            raise InvalidValue(
+                "levels have inequalities, or the norm has weights: not every peer states that"
+            )
+        roots = [np.sqrt(one.weight) for one in levels]
+        end = int(problem.layout.offsets[1])
+        hard = problem.A[:end], problem.lower[:end], problem.upper[:end]
+        told.append(
+            {
+                "box": [problem.box_lower.tolist(), problem.box_upper.tolist()],
+                "hard": [part.tolist() for part in hard],
+                "levels": [
+                    ((root[:, None] * one.A).tolist(), (root * one.upper).tolist())
+                    for root, one in zip(roots, levels, strict=True)
+                ],
+            }
+        )
+    (folder / "problems.json").write_text(json.dumps(told), encoding="utf-8")
     return folder
 
 

@@ -1,16 +1,18 @@
-"""A benchmark case of `cases.py` through PlaCo, for an interpreter that has it; started by `tick.py`.
+"""PlaCo as a peer; started by `handed.py` in an interpreter that has it.
 
 PlaCo models a floating base (masked for the Panda by six equalities), has no gain (each tick goes all
-the way), weighs squared errors, and lets a joint reach its limit in one tick.
+the way), weighs squared errors, and lets a joint reach its limit in one tick. Rows go to its problem solver
+as hard constraints and soft ones with weights.
 """
+
+from types import SimpleNamespace
 
 import numpy as np
 import placo  # pyright: ignore[reportMissingImports]
-from served import handed_case, serve
+from served import RATIO, Made, serve
 
 
-def main() -> None:
-    case = handed_case()
+def stack(case: SimpleNamespace) -> Made:
     robot = placo.RobotWrapper(case.urdf, placo.Flags.ignore_collisions)
     for joint, angle in case.angles.items():
         robot.set_joint(joint, angle)
@@ -43,8 +45,27 @@ def main() -> None:
         solver.solve(True)
         robot.update_kinematics()
 
-    serve("PlaCo eiquadprog", tick, RuntimeError)
+    return "PlaCo eiquadprog", tick
+
+
+def rows(problems: list[SimpleNamespace], solver: str) -> Made:
+    def answer(i: int) -> np.ndarray:
+        one, program = problems[i], placo.Problem()
+        x = program.add_variable(len(one.box[0]))
+        whole = x.expr()
+        for A, lower, upper in ((np.eye(len(one.box[0])), *one.box), one.hard):
+            held = whole.left_multiply(A)
+            for side, kept in ((upper, held.__le__), (lower, held.__ge__)):
+                if len(side):
+                    program.add_constraint(kept(np.clip(side, -1e9, 1e9)))  # inf is no number to it
+        for k, (A, b) in enumerate(one.levels):
+            program.add_constraint(whole.left_multiply(A) == b).configure("soft", RATIO**k)
+        program.add_constraint(whole == np.zeros(len(one.box[0]))).configure("soft", RATIO ** len(one.levels))
+        program.solve()
+        return np.array(x.value).ravel()
+
+    return f"PlaCo {solver}, weights", answer
 
 
 if __name__ == "__main__":
-    main()
+    serve(stack, rows, RuntimeError)

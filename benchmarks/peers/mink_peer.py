@@ -1,18 +1,20 @@
-"""A benchmark case of `cases.py` through mink, for an interpreter that has it; started by `tick.py`.
+"""mink as a peer; started by `handed.py` in an interpreter that has it.
 
 mink reads the robot through MuJoCo's own URDF reader (a floating joint to the world where the base moves),
-and weighs errors before they are squared, so that its costs are the roots of our weights.
+and weighs errors before they are squared, so that its costs are the roots of our weights. Rows go to it as a
+task and a limit of one's own, on a robot of as many slides as there are unknowns.
 """
 
 # MuJoCo ships no stubs that name its classes.
 # pyright: reportAttributeAccessIssue=false
 
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import mink  # pyright: ignore[reportMissingImports]
 import mujoco  # pyright: ignore[reportMissingImports]
 import numpy as np
-from served import handed_case, serve
+from served import RATIO, Made, serve
 
 
 def loaded(case) -> mujoco.MjModel:
@@ -44,8 +46,7 @@ def started(case, model: mujoco.MjModel) -> mink.Configuration:
     return mink.Configuration(model, q)
 
 
-def main() -> None:
-    case = handed_case()
+def stack(case: SimpleNamespace) -> Made:
     model = loaded(case)
     configuration = started(case, model)
     cost = {name: float(np.sqrt(weight)) for name, weight in case.weights.items()}
@@ -67,8 +68,63 @@ def main() -> None:
         )
         configuration.integrate_inplace(v, case.dt)
 
-    serve(f"mink {case.solver}", tick, mink.MinkError)
+    return f"mink {case.solver}", tick
+
+
+class Rows(mink.Task):
+    """Rows A x = b as a task, whose error is −b."""
+
+    def __init__(self, A: np.ndarray, b: np.ndarray, cost: float) -> None:
+        super().__init__(cost=np.full(len(b), cost))
+        self.A, self.b = A, b
+
+    def compute_error(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
+        return -self.b
+
+    def compute_jacobian(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
+        return self.A
+
+
+class Limits(mink.Limit):
+    """The box and the hard rows of a problem as a limit."""
+
+    def __init__(self, one: SimpleNamespace) -> None:
+        n, (A, lower, upper) = len(one.box[0]), one.hard
+        G = np.vstack([np.eye(n), -np.eye(n), A, -A])
+        h = np.concatenate([one.box[1], -one.box[0], upper, -lower])
+        self.kept = mink.Constraint(G=G[np.isfinite(h)], h=h[np.isfinite(h)])
+
+    def compute_qp_inequalities(self, configuration: object, dt: float) -> mink.Constraint:  # noqa: ARG002
+        return self.kept
+
+
+def slides(n: int) -> mink.Configuration:
+    """A robot of n slides, at zero."""
+    root = ET.Element("mujoco")
+    body = ET.SubElement(root, "worldbody")
+    for k in range(n):
+        body = ET.SubElement(body, "body", name=f"body {k}")
+        ET.SubElement(body, "joint", type="slide")
+        ET.SubElement(body, "geom", size="0.1")
+    return mink.Configuration(mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode")))
+
+
+def rows(problems: list[SimpleNamespace], solver: str) -> Made:
+    made = [
+        (
+            slides(len(one.box[0])),
+            [Rows(A, b, RATIO ** (k / 2)) for k, (A, b) in enumerate(one.levels)],
+            [Limits(one)],
+        )
+        for one in problems
+    ]
+
+    def answer(i: int) -> np.ndarray:
+        configuration, tasks, limits = made[i]
+        return mink.solve_ik(configuration, tasks, 1.0, solver, RATIO ** len(tasks), limits=limits)
+
+    return f"mink {solver}, weights", answer
 
 
 if __name__ == "__main__":
-    main()
+    serve(stack, rows, mink.MinkError)
