@@ -29,7 +29,7 @@ from scipy.optimize import linprog
 from taskopt import Robot
 from taskopt.arrays import Array
 
-SOLVERS = "quadprog", "daqp", "proxqp"
+SOLVERS: tuple[str, ...] = ("quadprog", "daqp", "proxqp")
 ANSWERED, APART = (
     1e-6,
     1e-9,
@@ -89,7 +89,7 @@ def programs(scene: Any, robot: Robot, ticks: int) -> Programs:
     for _ in range(ticks):
         scene.step_targets(DT)
         problem = build_ik(scene.configuration, scene.tasks, DT, limits=scene.limits)
-        apart = least_violation(problem.G, problem.h) > APART
+        apart = least_violation(np.asarray(problem.G), np.asarray(problem.h)) > APART
         found = {solver: answer(problem, solver) for solver in SOLVERS}
         contradictory += apart
         for solver, x in found.items():

@@ -86,9 +86,9 @@ def line(
 ) -> Line:
     """Judge the answers of a contestant, by the exact optima and by the weighted ones of ours."""
     there = [(i, np.array(x)) for i, x in enumerate(contestant.answers) if x is not None]
-    distance = [max((one[i].distance(x) for i, x in there), default=np.nan) for one in (known, weighted)]
+    worst, apart = (max((one[i].distance(x) for i, x in there), default=np.nan) for one in (known, weighted))
     outside = max((beyond(known[i], x) for i, x in there), default=np.nan)
-    return Line(contestant.name, len(there), *distance, outside, float(np.nanmedian(times)))
+    return Line(contestant.name, len(there), worst, apart, outside, float(np.nanmedian(times)))
 
 
 def beyond(known: Reference, x: Array) -> float:

@@ -169,6 +169,7 @@ def limits_of_comparison(rows: Results) -> Iterator[str]:
     yield (
         f"Each problem is timed {rows.conditions['repeats']} times (once if it takes more than 20 ms), after "
         "an untimed answer to the first one, and the median counts; a time limit or another load of the "
-        "machine can change answers of solvers that adapt to time (osqp, highs)."
+        "machine can change answers of solvers that adapt to time (osqp, highs). Answers of proxqp differ "
+        "from run to run in digits that are not shown."
     )
     yield "The sets are small, and each is of one kind; a mean over all of them depends on which there are."

@@ -8,7 +8,7 @@ import numpy as np
 from taskopt.arrays import Array, StateArray
 from taskopt.bench.exact import as_floats, exact_optimum
 from taskopt.hierarchy.problem import Hierarchy
-from taskopt.hierarchy.proof import UNDECIDED, Judge, Judgement, Verdict
+from taskopt.hierarchy.proof import Judge, Judgement
 from taskopt.hierarchy.proof.prover import Prover
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import ACCURACY
@@ -45,8 +45,8 @@ class Reference:
     def judge(self, found: Resolution) -> Judgement:
         """Judge an answer to the problem that its resolver states, another one for weights.
 
-        An answer that is far from the optimum suggests an active set that proves nothing. If it is an answer
-        to this very problem, the active set of the reference does.
+        An answer to this very problem is judged by the active set with which the reference is proven. Its own
+        may prove nothing where it is wrong, and a search from there takes seconds.
 
         Args:
             found: The answer.
@@ -57,12 +57,9 @@ class Reference:
         key = found.problem.buffer.tobytes()
         if key not in self.judges:
             self.judges[key] = Judge(found.problem)
-        judge, x = self.judges[key], np.where(np.isnan(found.x), np.inf, found.x)
-        judgement = judge(x, found.state)
-        if judgement.verdict in UNDECIDED and key == self.problem.buffer.tobytes():
-            other = judge(x, self.state)
-            return judgement if other.verdict is Verdict.UNDECIDED else other
-        return judgement
+        x = np.where(np.isnan(found.x), np.inf, found.x)
+        known = self.state is not None and key == self.problem.buffer.tobytes()
+        return self.judges[key](x, self.state if known else found.state)
 
     def distance(self, x: Array) -> float:
         """Return ‖x − x*‖∞ relative to max(1, ‖x*‖∞); inf if x is not finite, NaN if x* is not known.
