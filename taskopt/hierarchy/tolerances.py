@@ -113,13 +113,6 @@ Smaller: matrices near singular ones are given up although their inverses could 
 enclosure is infinite.
 """
 
-ROUNDED = 1e-15
-"""Entry of a row, relative to the largest of its level, that is rounding and not a number that was declared.
-
-Smaller: an answer is refuted for what kinematics round off in a row that a posture makes short. Larger:
-wrong answers to rows that differ in size by as much remain undecided.
-"""
-
 HINT_AT_BOUND = 1e-7
 """Distance to a bound, relative to the row and its terms, below which an x suggests that it is active.
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from taskopt.arrays import Array, ArrayLike, Mask, StateArray, number
+from taskopt.arrays import Array, ArrayLike, StateArray, number
 from taskopt.hierarchy.intervals import excess, nearer_side
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof.judgement import Judgement, Verdict
+from taskopt.hierarchy.proof.lost import rows_of_lost_directions
 from taskopt.hierarchy.proof.prover import Optimum, Prover
-from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND, LOST, ROUNDED
+from taskopt.hierarchy.tolerances import ACCURACY, HINT_AT_BOUND
 
 
 def judge(
@@ -46,7 +47,6 @@ class Judge:
     def __init__(self, hierarchy: Hierarchy, *, search: bool = True) -> None:
         self._hierarchy, self._prover = hierarchy, Prover(hierarchy, search=search)
         self._search = search
-        self._rounded: Prover | None = None  # of the problem without entries that are rounding
 
     def __call__(
         self, x: ArrayLike, state: StateArray | None = None, *, accuracy: float = ACCURACY
@@ -72,27 +72,19 @@ class Judge:
         if self._search or not hints:
             hints.append(near_bounds(self._hierarchy, value))
         found = _judged(self._prover, hints, value, accuracy)
-        return self._unless_by_rounding(found, hints, value, accuracy) if self._search else found
+        return self._unless_lost(found, hints, value) if found.verdict is Verdict.REFUTED else found
 
-    def _unless_by_rounding(
-        self, found: Judgement, hints: list[StateArray], x: Array, accuracy: float
-    ) -> Judgement:
-        """Do not refute what is right once entries that are rounding beside their rows are zero."""
-        tiny = _tiny_entries(self._hierarchy)
-        if found.verdict is not Verdict.REFUTED or not tiny.any():
+    def _unless_lost(self, found: Judgement, hints: list[StateArray], x: Array) -> Judgement:
+        """Do not refute an answer for a direction that no rank policy keeps."""
+        exact = _first_proven(self._prover, hints, assume=False)
+        if exact.doubtful:  # then it is refuted as well if those rows depend on others
             return found
-        if self._rounded is None:
-            rounded = self._hierarchy.copy()
-            rounded.A[tiny] = 0.0
-            self._rounded = Prover(rounded)
-        if not _judged(self._rounded, hints, x, accuracy).proven:
+        rows = rows_of_lost_directions(self._hierarchy, x, exact.x)
+        if not rows:
             return found
-        n = self._hierarchy.n
-        rows = tuple(self._hierarchy.name_of(n + int(i), True) for i in np.flatnonzero(tiny.any(axis=1)))
-        reason = (
-            f"Entries that are rounding beside the others of their row or level decide: {', '.join(rows)}."
-        )
-        return Judgement(found.error_bound, Verdict.UNDECIDED, rows, reason)
+        names = tuple(self._hierarchy.name_of(self._hierarchy.n + i, True) for i in rows)
+        reason = f"Directions that are lost up to rounding decide: {', '.join(names)}."
+        return Judgement(found.error_bound, Verdict.UNDECIDED, names, reason)
 
 
 def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: float) -> Judgement:
@@ -112,17 +104,6 @@ def _judged(prover: Prover, hints: list[StateArray], value: Array, accuracy: flo
         return Judgement(judgement.error_bound, Verdict.REFUTED_IF, exact.doubtful, reason)
     reason = f"Rounding decides whether these depend on those before them: {names}."
     return Judgement(judgement.error_bound, Verdict.UNDECIDED, exact.doubtful, reason)
-
-
-def _tiny_entries(hierarchy: Hierarchy) -> Mask:
-    """Return which entries are rounding beside the others of their row, or of their level, (M, n)."""
-    size = np.abs(hierarchy.A)
-    largest = size.max(axis=1, initial=0.0, keepdims=True)
-    tiny = size <= LOST * largest
-    for level in range(hierarchy.layout.level_count + 1):
-        rows = hierarchy.layout.rows_of_level(level)
-        tiny[rows] |= size[rows] <= ROUNDED * largest[rows].max(initial=0.0)
-    return tiny & (size > 0.0)
 
 
 def near_bounds(hierarchy: Hierarchy, x: Array) -> StateArray:
