@@ -204,3 +204,12 @@ def test_any_number_of_exact_ties_on_single_unknowns_is_decided(bound: float, he
     state = np.where(np.arange(2 * n + 1) < n, held, 0).astype(np.int8)
     state[:2] = 0
     assert judge(hierarchy, x, state).proven
+
+
+def test_an_answer_that_breaks_a_limit_is_refuted_whatever_ranks_say() -> None:
+    """x₁ = 3 is beyond its bound, in a direction that no level sees; so is a level that costs more there."""
+    rows = Level([[1.0, 1e-13]], [0.0])
+    problem = Hierarchy([rows, Level([[0.0, 1.0]], [1.0])], box=([-2.0, -2.0], [2.0, 2.0]))
+    assert judge(problem, [0.0, 1.0]).verdict is not Verdict.REFUTED
+    assert judge(problem, [0.0, 3.0]).verdict is Verdict.REFUTED
+    assert judge(problem, [0.0, 1.5]).verdict in (Verdict.REFUTED, Verdict.REFUTED_IF)
