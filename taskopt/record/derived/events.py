@@ -83,7 +83,7 @@ def _of_ranks(answers: Answers) -> Iterator[Event]:
         if before is None or after is None:
             continue
         for level, (old, new) in enumerate(zip(before, after, strict=True)):
-            if old != new and level <= answers.log.layout.level_count:
+            if old != new and 0 < level <= answers.log.layout.level_count:
                 yield Event(place, "INFO" if new > old else "WARN", f"rank of level {level}: {old} → {new}")
 
 

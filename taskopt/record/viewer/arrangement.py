@@ -14,6 +14,7 @@ _FLAT = 0.05  # a robot whose height is a smaller share of its largest extent is
 _BENT = 0.2  # a path whose second extent is a smaller share of the first is a line, and has no plane
 _LEVEL = 0.8  # a plane whose normal is more upright than this is looked at from the front
 _UP = np.array([0.0, 0.0, 1.0])
+_FRONT = np.array([1.0, -0.5, 0.0])  # the side from which robots are looked at
 _FROM_ABOVE, _SIDEWAYS = 0.3, 0.35  # of the direction of the camera, beside the normal of the path
 _SLOPE = 0.5  # of the upper edge of the picture: Rerun's eye opens by 55°
 _ROOM = 1.12  # around what is seen, since a robot is thicker than its joints
@@ -72,7 +73,13 @@ class Arrangement:
         if self.flat:
             return np.array([column * 1.15 * span[0], -row * 1.15 * span[1], 0.0])
         aside = column + 0.5 * row  # the second row stands in the gaps of the first
-        return np.array([-row * (1.2 * span[0] + 0.3), aside * (1.1 * span[1] + 0.35), 0.0])
+        depth, along = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+        if self.normal is not None:  # the camera looks along it, and no robot hides another
+            level = self.normal * np.array([1.0, 1.0, 0.0])
+            depth = level / np.linalg.norm(level) * (np.sign(self.normal @ _FRONT) or 1.0)
+            along = np.cross(_UP, depth)
+        back, step = 1.2 * np.abs(depth) @ span + 0.3, 1.1 * np.abs(along) @ span + 0.35
+        return aside * step * along - row * back * depth
 
     def camera(self, count: int) -> Camera:
         """Choose a camera that sees all robots, and no more than it must.
@@ -94,7 +101,7 @@ class Arrangement:
         sideways = -0.55 if count == 1 else -0.25 if count == self.columns else 0.0
         toward = np.array([1.0, sideways, 0.9 if self.crowded else 0.4])
         if self.normal is not None:
-            toward = self.normal * (np.sign(self.normal @ toward) or 1.0) + _FROM_ABOVE * _UP
+            toward = self.normal * (np.sign(self.normal @ _FRONT) or 1.0) + _FROM_ABOVE * _UP
             toward = toward + (_SIDEWAYS * np.cross(_UP, self.normal) if count == 1 else 0.0)
         return _fitted(points, toward, _UP)
 

@@ -56,12 +56,7 @@ def take_picture(recording: Path, picture: Path, at: float | None = None, size: 
         raise InvalidValue(f"cannot write {picture}: there is no folder {picture.parent}")
     try:
         with headless(size) as viewer:
-            viewer.open(str(recording.resolve()))
-            end = _loaded(viewer, recording)
-            if at is not None and at > end + _AFTER:
-                raise InvalidValue(f"{recording} ends at {end:g} s; there is no picture at {at:g} s")
-            viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
-            image = _final_screen(viewer)
+            image = drawn(viewer, recording, at)
     except (ConnectionError, TimeoutError) as error:
         raise NoGraphics(
             f"the viewer ended or did not answer while it drew {recording}; try again, or look with --at 0"
@@ -71,6 +66,31 @@ def take_picture(recording: Path, picture: Path, at: float | None = None, size: 
     except OSError as error:
         raise InvalidValue(f"cannot write {picture}: {error.strerror}") from error
     return picture
+
+
+def drawn(viewer: ViewerClient, recording: Path, at: float | None = None) -> bytes:
+    """Draw a recording in a viewer that may have drawn others before, which it closes.
+
+    Args:
+        viewer: A viewer without a window, see `headless`.
+        recording: The recording.
+        at: The time of the cursor [s]; without it the cursor is in the middle of the run.
+
+    Returns:
+        The picture as PNG.
+
+    Raises:
+        BadLog: If the recording has no steps.
+        InvalidValue: If the time is after the end of the recording.
+    """
+    if viewer.get_state().recordings:
+        viewer.close("all")
+    viewer.open(str(recording.resolve()))
+    end = _loaded(viewer, recording)
+    if at is not None and at > end + _AFTER:
+        raise InvalidValue(f"{recording} ends at {end:g} s; there is no picture at {at:g} s")
+    viewer.set_time(TIME, duration=0.5 * end if at is None else min(at, end), play_state="paused")
+    return _final_screen(viewer)
 
 
 @contextmanager

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pytest
+from typer.testing import CliRunner
 
 from taskopt import open_log, run
+from taskopt.cli import app
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
@@ -18,7 +20,7 @@ from taskopt.record.derived.events import events
 from taskopt.record.derived.lanes import lanes
 from taskopt.record.viewer.open import viewer_program
 from taskopt.record.viewer.paths import data_path
-from taskopt.record.viewer.picture import NoGraphics, headless
+from taskopt.record.viewer.picture import NoGraphics, drawn, headless
 from taskopt.record.viewer.review.layouts import LAYOUTS
 from taskopt.record.viewer.review.recording import record_logs
 from taskopt.resolver.registry import resolver
@@ -224,6 +226,47 @@ def test_a_viewer_listens_to_this_machine_only():
             pytest.skip(str(error))
     sources = Path(viewing.__file__).parent.rglob("*.py")
     assert [file.name for file in sources if "subprocess.Popen(" in file.read_text("utf-8")] == ["open.py"]
+
+
+def test_several_logs_are_one_recording(raw, tmp_path):
+    """With a robot for each arm of each log, and the differences from the first one, which has none."""
+    other = in_batches(raw, 40, tmp_path / "other")
+    file = record_logs([open_log(raw), open_log(other)], "comparison", tmp_path / "both.rrd")
+    apart = {path for path in entities(file) if path.endswith("/apart/v")}
+    assert len(apart) == 2 * len(NAMES) - 1
+    largest = {path: np.max(rows_of(file, path)["scalars"]) for path in apart}
+    assert sorted(value > 0.0 for value in largest.values()) == [False, True, True]  # two are equal
+
+
+@pytest.mark.slow
+def test_one_log_after_another_opens_in_its_own_layout(raw, tmp_path):
+    """In one viewer: application and views are those of the second; without its own, a layout would stay."""
+    files = [record_logs([open_log(raw)], name, tmp_path / f"{name}.rrd") for name in ("overview", "limits")]
+    try:
+        with headless() as viewer:
+            shown = []
+            for file in (*files, files[0]):
+                drawn(viewer, file, 0.3)
+                shown.append(sorted(view.name for view in viewer.get_state().views))
+    except NoGraphics as error:
+        pytest.skip(str(error))
+    assert shown[0] == shown[2] != shown[1]
+
+
+def test_the_command_derives_a_recording(raw, tmp_path):
+    """--save writes it; what cannot go together is named."""
+    out = tmp_path / "seen.rrd"
+    done = CliRunner().invoke(app, ["view", str(raw), "--layout", "limits", "--save", str(out)])
+    assert done.exit_code == 0, done.exception
+    assert application(out) == "taskopt short limits"
+    for words, expected in (
+        (["run.rrd", "--layout", "limits"], "raw logs"),
+        (["a.rrd", "b.rrd"], "side by side"),
+        (["a.rrd", str(raw)], "either recordings or raw logs"),
+    ):
+        refused = CliRunner().invoke(app, ["view", *words])
+        assert isinstance(refused.exception, InvalidValue)
+        assert expected in str(refused.exception)
 
 
 def test_names_of_entities_do_not_collide(derived):

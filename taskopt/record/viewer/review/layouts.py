@@ -139,9 +139,14 @@ class Stage:
         return tabs[0] if len(tabs) == 1 else rrb.Tabs(*tabs, active_tab=self.arms.index(self.front))
 
     @property
+    def share_of_lanes(self) -> float:
+        """The height of some lanes, where 1 is that of a plot."""
+        return 0.4 + 0.22 * min(_LANES, max(len(arm.lanes) for arm in self.arms))
+
+    @property
     def front(self) -> ArmPlots:
-        """The arm whose tab is in front: the one with the most lanes."""
-        return max(self.arms, key=lambda arm: len(arm.lanes))
+        """The arm whose tab is in front: the first one."""
+        return self.arms[0]
 
     def _axis(self, title: str) -> rrb.ScalarAxis | None:
         """Return the axis of a plot whose range is not what fits."""
@@ -156,10 +161,10 @@ class Stage:
 def _overview(stage: Stage) -> rrb.Blueprint:
     """Lay out a bit of everything."""
     shown = [
-        (_tabs(stage.plots("errors")), 1.2),
+        (_tabs([*stage.plots("errors"), *stage.plots("singular")]), 1.2),
         (stage.each("shares", 0), 1.0),
         (stage.each("shares", 1) or stage.each("velocities"), 1.0),
-        (stage.lanes(_LANES), 2.4),
+        (stage.lanes(_LANES), stage.share_of_lanes),
         (stage.each("prices"), 1.0),
         (_tabs(stage.plots("solver")), 0.8),
     ]

@@ -81,9 +81,9 @@ def _send_arm(writer: RecordingWriter, arm: Arm, number: int, layout: str) -> Ar
         "velocities": [series.velocities()],
         "prices": series.prices(),
         "solver": series.solver(),
+        "singular": series.singular_values(),
     }
     if layout in _LOOKING:
-        plots["singular"] = series.singular_values()
         plots["looks"], plots["proofs"] = series.looked_at()
     return ArmPlots(arm.name, send_lanes(writer, arm), arm.answers.usual_microseconds, plots)
 

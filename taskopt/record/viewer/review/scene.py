@@ -21,7 +21,7 @@ _MOTION_PERIOD, _DETAIL_PERIOD = 0.01, 0.04  # [s] between two postures, and bet
 _MOST = 2000  # postures of one arm: a longer run is drawn at a longer period
 _SAMPLES = 600  # points of a desired path at most
 _NEAR = 0.9  # share of its range at which a joint is near its limit
-_MARK = 1.5  # radius of a mark, as a multiple of half the thickness of a link
+_MARK = 1.3  # radius of a mark, as a multiple of half the thickness of a link
 _LABEL = 0.002  # radius of the point that a label stands at, as a share of the scene
 _AXES = 0.08  # length of the axes of a target, as a share of the scene
 
