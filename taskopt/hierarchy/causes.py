@@ -99,7 +99,7 @@ def loses_rank(previous: Resolution, now: Resolution) -> bool:
     Returns:
         True where a level is near a loss of rank.
     """
-    if previous.undamped is not None or now.undamped is not None:
+    if previous.is_damped or now.is_damped:
         return True
     old, new = declared(previous), declared(now)
     n = new.problem.n

@@ -23,6 +23,10 @@ Complete: TypeAlias = Callable[[Hierarchy, Answer, StateArray], None]
 """A function that fills multipliers, residuals and active set of an answer whose x and problem are given."""
 
 
+Undamped: TypeAlias = "Callable[[Resolution], Resolution]"
+"""A function of a damped answer that returns the answer without damping."""
+
+
 class Resolution:
     """The answer x to a hierarchy, with multipliers, certificate, and a copy of that hierarchy.
 
@@ -43,13 +47,13 @@ class Resolution:
         x: The unknowns, (n,).
         notes: Sentences on measures that were needed to get an answer, or on why a formula gives none.
         fallback: Name of the method that answered because `active-set` failed; None if it did not fail.
-        undamped: The answer without damping, if the problem has rows of `RestDamping` that its stack does not
-            declare; else None.
+        is_damped: True if the problem has rows of `RestDamping` that its stack does not declare.
     """
 
     notes: tuple[str, ...] = ()
     fallback: str | None = None
-    undamped: "Resolution | None" = None
+    is_damped: bool = False
+    _undamped: "Resolution | Undamped | None" = None
 
     def __init__(
         self,
@@ -88,21 +92,27 @@ class Resolution:
         new = Resolution(self.source, *arrays, status or self.status, self.iterations, *own)
         new.notes = self.notes if notes is None else notes
         new.fallback = self.fallback if fallback is None else fallback
-        new.undamped = self.undamped
+        new.is_damped, new._undamped = self.is_damped, self._undamped
         return new
 
-    def damped_from(self, undamped: "Resolution") -> "Resolution":
+    def damped_from(self, undamped: "Resolution | Undamped") -> "Resolution":
         """Return the same answer as one with damping.
 
         Args:
-            undamped: The answer without damping.
+            undamped: The answer without damping; or a function that finds it from the damped one, which is
+                called when it is first asked for.
 
         Returns:
             A new record that shares the arrays of this one.
         """
         new = self.replaced()
-        new.undamped = undamped
+        new.is_damped, new._undamped = True, undamped
         return new
+
+    @cached_property
+    def undamped(self) -> "Resolution | None":
+        """The answer without damping of an answer with it; None for others."""
+        return self._undamped(self) if callable(self._undamped) else self._undamped
 
     @property
     def damping_distance(self) -> float:
@@ -264,7 +274,7 @@ class Resolution:
             self.review if finite else None,
             fixed_rows(self.problem, self.multipliers) if finite else (),
         )
-        damped = () if self.undamped is None else (_of_damping(self.damping_distance),)
+        damped = (_of_damping(self.damping_distance),) if self.is_damped else ()
         return "\n".join([*self.notes, *damped, text])
 
     def __repr__(self) -> str:

@@ -822,6 +822,13 @@ Smaller: rounding errors of tasks that are met are taken for errors that remain.
 is barely out of reach shakes by velocities of about ε/Δt over the lever arm.
 """
 
+STANDS = 1e-9
+"""Change of the value of a hard row that holds, from tick to tick, below which the last damping may be kept.
+
+Smaller: ticks at which nothing moves any more are solved twice. Larger: the damping of a robot that slides
+along an obstacle is that of the tick before.
+"""
+
 THRESHOLD_FOUND = 1e-3
 """Relative change of ε² in one round below which its fixed point is found.
 

@@ -94,7 +94,7 @@ class QuickCopy:
             failed; nothing was copied then.
         """
         plan = self._plan
-        if answer.status is not _SOLVED or answer.undamped is not None or answer.source is not plan.hierarchy:
+        if answer.status is not _SOLVED or answer.is_damped or answer.source is not plan.hierarchy:
             return False
         if answer.notes or answer.fallback:
             return False

@@ -165,7 +165,7 @@ class RawLog:
         fields["base"][place] = tick.base_box.ravel()
         self._copy_state(place, tick)
         flags = self._remember("memory", place, tick.memory)
-        damped = answer.undamped is not None
+        damped = answer.is_damped
         later = self._copy_damped(place, answer, tick.damped_memory) if damped else (0, 0, 0)
         text = _text(answer, error) if error or answer.notes or answer.fallback else b""
         if text:

@@ -103,7 +103,7 @@ class LoggedLoop:
         tick = self._ticks.tick(index, t, q, before, memory)._replace(resolver=self._number)
         if self._quick is None and not error:
             tick = tick._replace(seconds=(loop.seconds.resolver, loop.seconds.rows))
-        if answer.undamped is not None and loop.rest is not None:
+        if answer.is_damped and loop.rest is not None:
             tick = tick._replace(damped_memory=loop.rest.memory)
         self._index += 1
         self._log.add(tick, answer, loop.plan.hierarchy, error)

@@ -57,6 +57,7 @@ class OneCall:
         self.history = new_history(plan.layout)
         self._arguments = *plan.tick, self.history
         self._settings, self._apart = search.settings, LazyTick()
+        self._rests = type(rest) is Rest  # not that of accelerations
         fast, limit = (int(number) for number in search.settings)
         form = _fill_and_tick if rest is None else _fill_tick_and_doubt
         self._with_search = form(plan.fill, tick, fast, limit)
@@ -80,8 +81,13 @@ class OneCall:
         if self._rest is not None:
             self._rest.look()
         state, answer = np.empty(self._width, np.int8), np.empty(self._size)
-        if plan.altered:  # Python may have to follow the kernels of the rows
+        rest = self._rest
+        rests = rest if self._rests and rest is not None and rest.last is not None else None
+        if plan.altered or rests is not None:  # Python may have to follow the kernels of the rows
             problem = _problem(plan.filled(t))
+            damped = None if rests is None else rests.again(self._settings, self.history)
+            if damped is not None:
+                return damped
             outcome, count = self._apart(problem, self._settings, self.history, state, answer)
             code, rounds = int(outcome), int(count)
             code = IN_DOUBT if code == _SOLVED and self._rest is not None else code

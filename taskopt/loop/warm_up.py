@@ -70,7 +70,9 @@ def warm_up() -> None:
     Configuration(_bare_arm(), _START).hessian("tip")
     far = PositionTask("tip", target=(9.0, 0.0, 0.0), axes="xy", gain=5.0)
     stretched = Stack([[far], [JointTask()]], [JointVelocityLimit()], damping=RestDamping())
-    Controller(_bare_arm(), stretched).step(np.zeros(4), 0.0)
+    rests = Controller(_bare_arm(), stretched)
+    for _ in range(2):  # the second tick after a damped one
+        rests.step(np.zeros(4), 0.0)
     solvers = "hqp/daqp", "wqp/daqp", *(["hqp/quadprog"] if find_spec("quadprog") else [])
     for robot, stack in islice(_stacks(), 1):
         for resolver in (*solvers, *_CLOSED_FORMS):

@@ -97,7 +97,7 @@ class Summary:
             if step.resolution.review is not None:
                 self.causes.update({cause.kind for cause in step.resolution.review.causes})
             self.fallbacks += step.resolution.fallback is not None
-            self.damped += step.resolution.undamped is not None
+            self.damped += step.resolution.is_damped
             self.damping_distance = max(self.damping_distance, step.resolution.damping_distance)
             if step.nothing_binds:
                 self.closed_form_distances.append(step.closed_form_distance)

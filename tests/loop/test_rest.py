@@ -33,12 +33,13 @@ from taskopt import (
     run,
 )
 from taskopt.arrays import Array, StateArray
-from taskopt.hierarchy.directions import null_space
+from taskopt.hierarchy.directions import null_space, singular_values
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
 from taskopt.hierarchy.rest import damped_directions
 from taskopt.kinematics.limit.bound_distance import SpeedBounds
 from taskopt.loop.rest import Rest
+from taskopt.loop.rest_again import damp_again
 
 BLOCKED, STRETCHED = (0.05, 0.0, 0.3), (1.2, 0.2, 0.6)  # [m] behind a joint limit, and out of reach
 DT = 0.01
@@ -196,6 +197,7 @@ def test_an_arm_rests_although_the_undamped_answer_leaves_nothing_to_damp(
         return 0 if blind and blind.pop() else damp_free(rest, x, state, speed)
 
     monkeypatch.setattr(Rest, "_damp_free", first_blind)
+    monkeypatch.setattr(Rest, "again", lambda *_: None)
     fresh, after = Controller(panda(), hand_stack(STRETCHED), dt=DT).step(q, 3.0), [found[-1]]
     for k in range(5):
         blind[:] = [True]
@@ -204,6 +206,63 @@ def test_an_arm_rests_although_the_undamped_answer_leaves_nothing_to_damp(
     assert not blind
     assert last_jump(after) < 1e-3
     assert np.abs(fresh.v - found[-1].v).max() > 1.0
+
+
+def steps_beside(
+    control: Controller, q: Array, monkeypatch: pytest.MonkeyPatch, ticks: int = 60
+) -> list[tuple[Resolution, Resolution]]:
+    """Answers of a controller, and those at the same q of one that damps each tick as if it were first."""
+    other, again, found = deepcopy(control), Rest.again, []
+    for k in range(ticks):
+        own = control.step(q, k * DT)
+        with monkeypatch.context() as patched:
+            patched.setattr(Rest, "again", lambda *_: None)
+            found.append((own, other.step(q, k * DT)))
+        assert Rest.again is again
+        q = panda().integrate(q, own.v, DT)
+    return [pair for pair in found if pair[1].is_damped]
+
+
+def apart(pairs: list[tuple[Resolution, Resolution]]) -> float:
+    return max(float(np.abs(own.v - other.v).max()) for own, other in pairs)
+
+
+@pytest.mark.parametrize("target", [BLOCKED, STRETCHED])
+def test_a_tick_after_a_damped_one_is_damped_as_the_first(
+    target: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It begins with the last damped answer, and yet its answer is the same; so is the undamped one."""
+    control, q = Controller(panda(), hand_stack(target), dt=DT), panda().posture("default")
+    pairs = steps_beside(control, q, monkeypatch, 160)
+    assert len(pairs) > 20
+    assert apart(pairs) < 1e-9
+    for own, other in pairs[::10]:
+        assert own.undamped is not None
+        assert other.undamped is not None
+        np.testing.assert_allclose(own.undamped.v, other.undamped.v, atol=1e-9)
+        assert own.undamped.kkt_met()
+        assert own.damping_distance == pytest.approx(other.damping_distance, abs=1e-9)
+
+
+def test_so_it_is_where_a_hard_row_holds_another_value_at_each_tick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The hand slides along the base."""
+    control = self_controller()
+    pairs = steps_beside(control, np.array(SELF_START), monkeypatch)
+    assert len(pairs) > 20
+    assert apart(pairs) < 1e-9
+    assert all(own.state[own.problem.n :][own.problem.layout.rows_of_level(0)].any() for own, _ in pairs)
+
+
+def test_planted_lie_a_tick_after_a_damped_one_with_another_period(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twice the Δt is half as much damping again, or more."""
+
+    def longer(*arguments: tuple[Array, ...]) -> tuple[int, int]:
+        dt, *others = arguments[4]
+        return damp_again(*arguments[:4], (2.0 * dt, *others), *arguments[5:])  # type: ignore[arg-type]
+
+    monkeypatch.setattr("taskopt.loop.rest.damp_again", longer)
+    control, q = Controller(panda(), hand_stack(STRETCHED), dt=DT), panda().posture("default")
+    assert apart(steps_beside(control, q, monkeypatch, 160)) > 1e-3
 
 
 def test_only_joints_that_move_the_task_are_damped() -> None:
@@ -304,6 +363,24 @@ def test_directions_that_levels_before_have_are_no_loss_of_rank() -> None:
         assert damped_directions(A, np.ones(2), group, np.eye(2), taken, DT, rows)[2] == count
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_singular_values_are_those_of_lapack(seed: int) -> None:
+    """Of matrices of any size, with rows that depend on others or are 0; in order, and with all vectors."""
+    rng = np.random.default_rng(seed)
+    m, p = (int(size) for size in rng.integers(1, 12 if seed % 4 else 24, 2))
+    M = rng.standard_normal((m, p)) * 10.0 ** rng.uniform(-6.0, 6.0)
+    if m > 2:
+        M[1] = M[0] + 10.0 ** -rng.uniform(1.0, 18.0) * M[2]
+        M[2] *= seed % 3 > 0
+    if p > 2:
+        M[:, 1] *= seed % 5 > 0
+    U, sigma, Vt = singular_values(M)
+    expected, count = np.linalg.svd(M, compute_uv=False), min(m, p)
+    np.testing.assert_allclose(sigma, expected, rtol=0.0, atol=1e-13 * expected[0])
+    np.testing.assert_allclose(Vt @ Vt.T, np.eye(p), atol=1e-13)
+    np.testing.assert_allclose((U[:, :count] * sigma) @ Vt[:count], M, atol=1e-13 * expected[0])
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_the_null_space_is_that_of_singular_values(seed: int) -> None:
     """Rows of any size, some that depend on others; the basis stays within the columns."""
@@ -365,14 +442,19 @@ SELF_TARGET = (-0.779, -0.556, -0.353, -2.206, -2.13, 0.957, 2.813)  # [rad]; it
 SELF_START = (-1.368, 0.35, 0.559, -2.749, -0.691, 1.017, -1.675)  # near the rest that follows
 
 
-def self_jump(*, damped: bool = True) -> float:
-    """Return the largest last change of a velocity of an arm whose hand is asked into its base."""
+def self_controller(*, damped: bool = True) -> Controller:
+    """Return a controller of an arm whose hand is asked into its base."""
     pose = Configuration(panda(), np.array(SELF_TARGET)).pose("panda_hand_tcp").copy()
     pose[:3, 3] *= 0.3
     hand = FrameTask("panda_hand_tcp", target=pose, gain=5.0)
     limits = [JointPositionLimit(), JointVelocityLimit(), SelfCollisionLimit()]
     stack = Stack([[hand], [JointTask()]], limits, damping=RestDamping() if damped else None)
-    control, q, found = Controller(panda(), stack, dt=DT), np.array(SELF_START), []
+    return Controller(panda(), stack, dt=DT)
+
+
+def self_jump(*, damped: bool = True) -> float:
+    """Return the largest last change of a velocity of that arm."""
+    control, q, found = self_controller(damped=damped), np.array(SELF_START), []
     for k in range(80):
         found.append(control.step(q, k * DT))
         q = panda().integrate(q, found[-1].v, DT)

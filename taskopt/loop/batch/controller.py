@@ -198,6 +198,6 @@ class BatchController:
             self._loop.remember(kept)
         resolution = self._loop.tick(q, 0.0)
         self._kept[arm] = self._loop.recall()
-        if resolution.undamped is not None:
+        if resolution.is_damped:
             self._damped.add(arm)
         return resolution
