@@ -86,7 +86,7 @@ class HierarchyLog:
         """
         if not isinstance(answer, Resolution):
             answer = _of_unknowns(answer, hierarchy)
-        elif answer.undamped is not None:
+        elif answer.is_damped:
             answer = _as_sent(answer)
         declared = answer.problem if hierarchy is None else hierarchy
         posture = None if q is None else np.asarray(q, dtype=np.float64)
