@@ -66,6 +66,9 @@ def fuzz(
         ),
     ] = "active-set",
     seed: Annotated[int, typer.Option(metavar="N", help="Another seed draws other stacks.")] = 0,
+    order: Annotated[
+        int, typer.Option(min=1, max=2, help="1: answers are velocities; 2: they are accelerations.")
+    ] = 1,
     keep: Annotated[
         Path | None,
         typer.Option(
@@ -90,7 +93,7 @@ def fuzz(
     tallies = []
     for name in FRAMES:
         hidden = not behind.is_terminal
-        ticking = ticks_of(name, each, seed, resolver, keep)
+        ticking = ticks_of(name, each, seed, resolver, keep, order)
         steps = track(ticking, name, each, console=behind, transient=True, disable=hidden)
         tallies += [*steps][-1:]
     terminal().print(table(tallies))

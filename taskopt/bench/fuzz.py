@@ -5,11 +5,15 @@ Around them are limits on position and velocity or on acceleration, and distance
 and from the robot itself. Most ticks follow from the tick before, so that the resolver starts from the last
 active set. The others jump to another posture, sometimes exactly on its limits, with targets that are near
 the frame, far out of reach, or at the frame itself.
+
+At order 2 the answers are accelerations, and each sequence of ticks starts at rest. Distances are measured
+where their limit holds them then, at the posture half a step ahead of the next tick, q⁺ ⊕ v⁺ Δt/2.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich import box
@@ -23,6 +27,7 @@ from taskopt.hierarchy.proof import UNDECIDED, Verdict
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.tolerances import LIMIT_KEPT
 from taskopt.kinematics.configuration import Configuration
+from taskopt.kinematics.limit.acceleration import BoundJointAcceleration
 from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.loop.controller import Controller
 
@@ -52,6 +57,7 @@ class Tally:
         error_bound: The largest error bound of the proven answers [rad/s, m/s].
         position: Largest excess over a position limit after the Euler step [rad, m].
         velocity: Largest excess over a velocity limit [rad/s, m/s].
+        acceleration: Largest excess over an acceleration limit at order 2 [rad/s², m/s²].
         distance: Largest amount by which a distance is below its margin after the Euler step [m].
     """
 
@@ -69,6 +75,7 @@ class Tally:
     error_bound: float = 0.0
     position: float = 0.0
     velocity: float = 0.0
+    acceleration: float = 0.0
     distance: float = 0.0
 
     @property
@@ -76,12 +83,17 @@ class Tally:
         """True if every claim meets its KKT conditions, none is refuted, and every limit is kept."""
         return (
             self.missed == self.refuted == 0
-            and max(self.position, self.velocity, self.distance) <= LIMIT_KEPT
+            and max(self.position, self.velocity, self.acceleration, self.distance) <= LIMIT_KEPT
         )
 
 
 def fuzz(
-    name: str, ticks: int, seed: int = 0, resolver: str = "active-set", keep: Path | None = None
+    name: str,
+    ticks: int,
+    seed: int = 0,
+    resolver: str = "active-set",
+    keep: Path | None = None,
+    order: int = 1,
 ) -> Iterator[Tally]:
     """Resolve random ticks of one robot.
 
@@ -91,13 +103,14 @@ def fuzz(
         seed: Another seed draws other stacks and postures.
         resolver: Name of the resolver.
         keep: Folder in which hierarchies with a failed answer are saved; None saves nothing.
+        order: Order of the stacks.
 
     Yields:
         The tally so far, after each tick.
     """
     robot, rng, tally = fuzz_robot(name), np.random.default_rng([seed, *name.encode()]), Tally(name)
     while tally.ticks < ticks:
-        drawn = random_stack(robot, FRAMES[name], rng)
+        drawn = random_stack(robot, FRAMES[name], rng, order)
         count = min(1 + rng.geometric(1.0 / TICKS_PER_STACK), ticks - tally.ticks)
         control = Controller(robot, drawn.stack, resolver, drawn.dt)
         yield from _ticks_of_a_stack(tally, drawn, control, count, rng, keep)
@@ -109,7 +122,7 @@ def _ticks_of_a_stack(
     """Resolve ticks of one stack, and yield the tally after each."""
     robot = control.plan.robot
     floors = [Floor(limit) for limit in control.plan.distance_limits.values()]
-    after = Configuration(robot, robot.neutral)
+    after, strongest = Configuration(robot, robot.neutral), _strongest(control)
     q, fresh = robot.neutral, True
     for _ in range(count):
         if fresh:
@@ -119,9 +132,9 @@ def _ticks_of_a_stack(
         tally.ticks += 1
         try:
             resolution = control.step(q, 0.0)
-            q = robot.integrate(q, resolution.v, drawn.dt)
-            after.update(q)
-            _judge(tally, resolution, after, floors, keep)
+            q, v = control.after()
+            after.update(q if strongest is None else robot.integrate(q, v, 0.5 * drawn.dt))
+            _judge(tally, resolution, Reached(q, v, after, strongest), floors, keep)
             fresh = rng.random() < 1.0 / TICKS_IN_A_ROW
         except NotSolved as error:
             refused = error.resolution
@@ -133,6 +146,33 @@ def _ticks_of_a_stack(
             tally.conflicts += not drawn.rests
             fresh = True
         yield tally
+
+
+class Reached(NamedTuple):
+    """What a tick leads to.
+
+    Attributes:
+        q: Posture after the step, (nq,) [rad, m].
+        v: Velocity after the step, (nv,) [rad/s, m/s].
+        distant: The robot where distances are held: at q, at order 2 half a step ahead of it.
+        strongest: The largest accelerations that are allowed, (nv,) [rad/s², m/s²]; None at order 1.
+    """
+
+    q: Array
+    v: Array
+    distant: Configuration
+    strongest: Array | None = None
+
+    def excess(self, x: Array) -> float:
+        """Measure the excess of an answer over the largest accelerations.
+
+        Args:
+            x: The answer, (nv,).
+
+        Returns:
+            The largest excess [rad/s², m/s²]; 0 at order 1.
+        """
+        return 0.0 if self.strongest is None else max(0.0, float((np.abs(x) - self.strongest).max()))
 
 
 class Floor:
@@ -205,6 +245,7 @@ _COLUMNS = {
     "error\nbound": "error_bound",
     "pos.\n[rad]": "position",
     "vel.\n[rad/s]": "velocity",
+    "acc.\n[rad/s²]": "acceleration",
     "dist.\n[m]": "distance",
 }
 
@@ -220,8 +261,8 @@ def table(tallies: Sequence[Tally]) -> Table:
     """
     caption = (
         f"proven, refuted, undecided: of every {TICKS_PER_JUDGEMENT}th claim; error bound: "
-        "largest of those proven [rad/s or m/s]; pos., vel., dist.: largest excess over a limit after the "
-        "step"
+        "largest of those proven, in the unit of the answers; pos., vel., acc. (at order 2), dist.: largest "
+        "excess over a limit after the step"
     )
     out = Table(
         title="random ticks", caption=Text(caption), box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
@@ -245,19 +286,28 @@ def _start(configuration: Configuration, floors: Sequence[Floor], rng: np.random
     return configuration.q.copy()
 
 
+def _strongest(control: Controller) -> Array | None:
+    """Return the largest accelerations that a stack of order 2 allows, (nv,); None at order 1."""
+    if control.plan.motion is None:
+        return None
+    found = [limit for limit in control.plan.limits if isinstance(limit, BoundJointAcceleration)]
+    return found[0].strongest if found else np.full(control.plan.robot.nv, np.inf)
+
+
 def _judge(
-    tally: Tally, resolution: Resolution, after: Configuration, floors: Sequence[Floor], keep: Path | None
+    tally: Tally, resolution: Resolution, reached: Reached, floors: Sequence[Floor], keep: Path | None
 ) -> None:
-    """Count one answer, and measure the excess over limits after the Euler step."""
-    robot = after.robot
-    over = np.abs(resolution.v) - robot.velocity_limit
+    """Count one answer, and measure the excess over limits after the step."""
+    robot = reached.distant.robot
+    over = np.abs(reached.v) - robot.velocity_limit
     limited = robot.position_index >= 0
-    position = after.q[robot.position_index[limited]]
+    position = reached.q[robot.position_index[limited]]
     outside = np.maximum(robot.position_lower[limited] - position, position - robot.position_upper[limited])
     missed = {
         "velocity": float(over.max()),
         "position": float(outside.max(initial=0.0)),
-        "distance": max((floor.missing(after) for floor in floors), default=0.0),
+        "acceleration": reached.excess(resolution.x),
+        "distance": max((floor.missing(reached.distant) for floor in floors), default=0.0),
     }
     for figure, excess in missed.items():
         setattr(tally, figure, max(getattr(tally, figure), excess))

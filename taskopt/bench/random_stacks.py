@@ -40,6 +40,9 @@ FRAMES = {
 }
 
 
+_SHARES = {1: [0.3, 0.25, 0.15, 0.2, 0.1], 2: [0.4, 0.35, 0.25, 0.0, 0.0]}  # of kinds of tasks, by order
+
+
 @dataclass(frozen=True, eq=False)
 class Draw:
     """A random stack.
@@ -48,7 +51,8 @@ class Draw:
         stack: The stack.
         targets: The frame and the target of each task that has one.
         dt: Period [s].
-        rests: True if v = 0 keeps all limits, so that they cannot contradict each other.
+        rests: True if v = 0, at order 2 v⁺ = 0, keeps all limits, so that they cannot contradict each
+            other.
     """
 
     stack: Stack
@@ -72,13 +76,14 @@ def fuzz_robot(name: str) -> Robot:
     return Robot.load(file, lock=("panda_finger_joint1", "panda_finger_joint2") if name == "panda" else ())
 
 
-def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) -> Draw:
+def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator, order: int = 1) -> Draw:
     """Draw a stack of two to four levels inside limits; most stacks also keep distances.
 
     Args:
         robot: The robot.
         frames: Frames that tasks may have.
         rng: Source of random numbers.
+        order: Order of the stack; at order 2 there are no boxes and cones.
 
     Returns:
         The stack; its targets must then be set by `aim`.
@@ -86,7 +91,7 @@ def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) 
     targets: list[tuple[str, Latest]] = []
     dt = float(rng.choice([1e-3, 5e-3, 2e-2]))
     levels = [
-        [_task(frames, rng, targets, dt) for _ in range(rng.integers(1, 3))]
+        [_task(frames, rng, targets, dt, order) for _ in range(rng.integers(1, 3))]
         for _ in range(rng.integers(1, 4))
     ]
     if rng.random() < 0.2:
@@ -97,7 +102,8 @@ def random_stack(robot: Robot, frames: Sequence[str], rng: np.random.Generator) 
     rests = rng.random() >= 0.3
     if not rests:
         limits = [JointAccelerationLimit(rng.choice([2.0, 20.0, 200.0]))]
-    return Draw(Stack(levels, limits + _distance_limits(robot, rng), damping=None), targets, dt, rests)
+    stack = Stack(levels, limits + _distance_limits(robot, rng), damping=None, order=order)
+    return Draw(stack, targets, dt, rests)
 
 
 def random_start(robot: Robot, rng: np.random.Generator) -> Array:
@@ -177,11 +183,11 @@ def _beside(robot: Robot, rng: np.random.Generator) -> Shape:
 
 
 def _task(
-    frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[str, Latest]], dt: float
+    frames: Sequence[str], rng: np.random.Generator, targets: list[tuple[str, Latest]], dt: float, order: int
 ) -> Task:
     """Draw a task, and append its target if it has one."""
     frame, gain, target = str(rng.choice(frames)), rng.uniform(0.1, 0.5) / dt, Latest()
-    kind = rng.choice(["pose", "position", "orientation", "box", "gaze"], p=[0.3, 0.25, 0.15, 0.2, 0.1])
+    kind = rng.choice(["pose", "position", "orientation", "box", "gaze"], p=_SHARES[order])
     expressed, weight = rng.choice(["own", "world"]), 10.0 ** rng.uniform(-1, 1)
     if kind == "box":
         centre, reach = rng.normal(0.3, 0.3, 3), rng.uniform(0.05, 0.5, 3)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from taskopt import Hierarchy, Level
-from taskopt.bench.fuzz import Floor, Tally, _judge, fuzz, table
+from taskopt import Hierarchy, Level, Robot
+from taskopt.arrays import Array
+from taskopt.bench.fuzz import Floor, Reached, Tally, _judge, fuzz, table
 from taskopt.bench.random_stacks import FRAMES, fuzz_robot
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.geometry.shapes import Sphere
@@ -40,7 +41,7 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
     arm = planar_arm([0.5, 0.5], lower=-1.0, upper=1.0, velocity=2.0)
     hierarchy = Hierarchy([Level(np.eye(2), [0.5, 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
     resolution, tally = ActiveSet()(hierarchy)[0], Tally("planar", ticks=1)
-    _judge(tally, resolution, Configuration(arm, np.zeros(2)), [], tmp_path)
+    _judge(tally, resolution, _reached(arm, np.zeros(2), resolution.v), [], tmp_path)
     assert tally.clean
     spoilt = Hierarchy([Level(np.eye(2), [0.5 + 1e-6 * (fault == "x"), 3.0])], box=([-2.0, -2.0], [2.0, 2.0]))
     if fault == "x":
@@ -52,12 +53,39 @@ def test_the_judge_sees_a_wrong_answer_and_a_broken_limit(tmp_path: Path, fault:
         resolution = type(resolution)(spoilt, resolution.answer, resolution.state, resolution.status)
     elif fault == "velocity":
         resolution.x[1] = 2.1
-    after = Configuration(arm, np.array([0.0, 1.1 if fault == "position" else 0.0]))
-    _judge(tally, resolution, after, [], tmp_path)
+    q = np.array([0.0, 1.1 if fault == "position" else 0.0])
+    _judge(tally, resolution, _reached(arm, q, resolution.v), [], tmp_path)
     assert not tally.clean
     assert getattr(tally, figure) > 0.0
     if fault == "x":
         np.testing.assert_array_equal(Hierarchy.load(tmp_path / "planar-1.npz").A, hierarchy.A)
+
+
+def _reached(arm: Robot, q: Array, v: Array, strongest: Array | None = None) -> Reached:
+    return Reached(q, v, Configuration(arm, q), strongest)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in FRAMES]
+)
+def test_accelerations_are_proven_or_reported_and_keep_every_limit(name: str) -> None:
+    """300 ticks a robot at order 2: positions, velocities, accelerations, distances within 1e-9."""
+    *_, tally = fuzz(name, 300, seed=7, order=2)
+    assert tally.ticks == 300
+    assert tally.bound > 50
+    assert tally.clean, tally
+
+
+def test_the_judge_sees_an_acceleration_beyond_its_limit(tmp_path: Path) -> None:
+    """2 rad/s² are allowed; an answer of 2.1 is not clean."""
+    arm = planar_arm([0.5, 0.5], lower=-1.0, upper=1.0, velocity=5.0)
+    for wrong, clean in ((2.0, True), (2.1, False)):
+        hierarchy = Hierarchy([Level(np.eye(2), [0.5, wrong])])
+        resolution, tally = ActiveSet()(hierarchy)[0], Tally("planar", ticks=1)
+        reached = _reached(arm, np.zeros(2), np.zeros(2), np.full(2, 2.0))
+        _judge(tally, resolution, reached, [], tmp_path)
+        assert tally.clean is clean
+        assert tally.acceleration == pytest.approx(wrong - 2.0)
 
 
 def test_the_judge_sees_a_distance_below_its_margin() -> None:

@@ -170,20 +170,27 @@ def test_error_of_a_pose_follows_3_103_to_first_order_of_the_step():
     assert 1.8 < apart[1] / apart[2] < 2.2
 
 
-@pytest.mark.parametrize("resolver", ["pinv", "hqp/daqp", "hqp/clarabel", "hqp/proxqp", "hqp/quadprog"])
+SOLVERS = ["active-set", "hqp/daqp", "hqp/clarabel", "hqp/proxqp", "hqp/quadprog", "cvxpy/clarabel"]
+
+
+@pytest.mark.equation("3.104")
+@pytest.mark.parametrize("resolver", SOLVERS)
 def test_every_resolver_has_the_answer_of_the_closed_form(resolver):
-    """QP answers are those of the closed form where nothing binds."""
-    arm = robot("panda")
+    """Where nothing binds and σ_min ≥ 1e-3, answers are those of pseudo-inverses to 1e-9 of their size."""
+    arm, rng = robot("panda"), np.random.default_rng(1)
     levels = [[FrameTask("panda_hand", gain=2.0)], [JointTask(arm.posture("middle"), gain=2.0)]]
-    stack = Stack(levels, [JointVelocityLimit()], order=2)
-    control = Controller(arm, stack, resolver, dt=H)
-    closed = Controller(arm, stack, "pinv", dt=H)
-    q, v = arm.posture("middle") + 0.1, np.linspace(-0.1, 0.2, arm.nv)
-    for each in (control, closed):
-        each.start(q + 0.02)
-    answer, expected = control.step(q, 0.0, v=v), closed.step(q, 0.0, v=v).a
-    tolerance = 1e-9 if resolver != "hqp/proxqp" else 1e-6
-    assert np.abs(answer.a - expected).max() <= tolerance * np.abs(expected).max()
+    control = Controller(arm, Stack(levels, [JointVelocityLimit()], order=2), resolver, dt=H)
+    for _ in range(5):
+        q, v = arm.posture("middle") + rng.uniform(-0.6, 0.6, arm.nv), rng.uniform(-0.2, 0.2, arm.nv)
+        control.start(q + 0.02)
+        a = control.step(q, 0.0, v=v).a
+        J, asked = control.plan.hierarchy.A[:6], control.plan.hierarchy.lower[:6]
+        assert np.linalg.svd(J, compute_uv=False)[-1] > 1e-3
+        assert (np.abs(v + H * a) < arm.velocity_limit).all()
+        secondary = 4.0 * (arm.posture("middle") - q) - 4.0 * v
+        expected = np.linalg.pinv(J) @ asked + (np.eye(arm.nv) - np.linalg.pinv(J) @ J) @ secondary
+        assert np.abs(a - expected).max() <= 1e-9 * np.abs(expected).max()
+        assert np.abs(a - np.linalg.pinv(J) @ asked).max() > 1e-3
 
 
 def test_an_answer_is_proven_and_a_wrong_one_is_not():
