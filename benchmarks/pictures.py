@@ -21,11 +21,11 @@ from taskopt import Log, open_log, run
 from taskopt.errors import InvalidValue, TaskoptError
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import load_scenario, scenario_files
-from taskopt.record.derived.answers import Answers
-from taskopt.record.derived.lanes import lanes
-from taskopt.record.viewer.picture import drawn, headless
-from taskopt.record.viewer.review.layouts import LAYOUTS
-from taskopt.record.viewer.review.recording import record_logs
+from taskopt.recording.derived.answers import Answers
+from taskopt.recording.derived.lanes import lanes
+from taskopt.recording.viewer.picture import drawn, headless
+from taskopt.recording.viewer.review.layouts import LAYOUTS
+from taskopt.recording.viewer.review.recording import record_logs
 from taskopt.resolver.registry import resolver
 
 ROOT = Path(__file__).parents[1]

@@ -148,6 +148,8 @@ from taskopt.kinematics.task.transition import largest_jump as largest_jump
 from taskopt.kinematics.task.transition import swap as swap
 from taskopt.log.again import Again as Again
 from taskopt.log.again import solve_again as solve_again
+from taskopt.log.own_loop import HierarchyLog as HierarchyLog
+from taskopt.log.own_loop import record as record
 from taskopt.log.reading import Log as Log
 from taskopt.log.reading import LogEnd as LogEnd
 from taskopt.log.reading import open_log as open_log
@@ -167,7 +169,7 @@ from taskopt.loop.run import Step as Step
 from taskopt.loop.run import run as run
 from taskopt.loop.scenario import Scenario as Scenario
 from taskopt.loop.scenario import load_scenario as load_scenario
-from taskopt.record.viewer.reach import record_reach_map as record_reach_map
+from taskopt.recording.viewer.reach import record_reach_map as record_reach_map
 from taskopt.resolver.active_set.resolver import ActiveSet as ActiveSet
 from taskopt.resolver.base import Memory as Memory
 from taskopt.resolver.base import Resolver as Resolver

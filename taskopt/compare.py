@@ -11,10 +11,10 @@ from taskopt.loop.onward import LogStart
 from taskopt.loop.run import JUDGED, Step, run
 from taskopt.loop.run_log import RunLog
 from taskopt.loop.scenario import Scenario
-from taskopt.record.batch import Batch
-from taskopt.record.run_info import RunInfo
-from taskopt.record.summary import Summary
-from taskopt.record.violation import LimitGauge
+from taskopt.recording.batch import Batch
+from taskopt.recording.run_info import RunInfo
+from taskopt.recording.summary import Summary
+from taskopt.recording.violation import LimitGauge
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import as_resolver
 

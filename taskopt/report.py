@@ -17,7 +17,7 @@ from taskopt.kinematics.robot import robot_names
 from taskopt.kinematics.robot.arms import ARMS
 from taskopt.log.provenance import machine, versions
 from taskopt.loop.scenario import scenario_files
-from taskopt.record.summary import Summary
+from taskopt.recording.summary import Summary
 from taskopt.resolver.registry import resolver_names
 from taskopt.solver.registry import solvers
 

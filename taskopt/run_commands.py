@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from taskopt.loop.onward import LogStart
     from taskopt.loop.run import Step
     from taskopt.loop.scenario import Scenario
-    from taskopt.record import RunInfo
-    from taskopt.record.log import Log
+    from taskopt.recording import RunInfo
+    from taskopt.recording.log import Log
 
 scenarios_run = typer.Typer()
 
@@ -141,8 +141,8 @@ class Output:
         Raises:
             InvalidValue: The run is to be shown but not recorded, or the folder cannot be written.
         """
-        from taskopt.record.log import open_log
-        from taskopt.record.viewer.open import live_viewer
+        from taskopt.recording.log import open_log
+        from taskopt.recording.viewer.open import live_viewer
 
         if not self.record:
             if self.live:
@@ -214,7 +214,7 @@ def _resolve(file: str, names: "Sequence[str]", variation: Variation, output: Ou
     from taskopt.compare import Comparison
     from taskopt.loop.run_log import RunLog
     from taskopt.loop.scenario import load_scenario
-    from taskopt.record import RunInfo, record
+    from taskopt.recording import RunInfo, record
     from taskopt.report import show, terminal
     from taskopt.resolver.registry import resolver
 

@@ -57,7 +57,7 @@ def view(
     logs: Logs = Path("logs"),
 ) -> None:
     """Open a recording, or raw logs, in the Rerun viewer."""
-    from taskopt.record.reading import find_recording
+    from taskopt.recording.reading import find_recording
 
     given = files or [logs]
     raw = [file for file in given if file.suffix == _RAW]
@@ -75,7 +75,7 @@ def view(
         with TemporaryDirectory(prefix="taskopt-") as folder:
             _show(_derived(raw, layout, Path(folder) / "view.rrd"), picture, at)
     else:
-        from taskopt.record.viewer.open import require_display
+        from taskopt.recording.viewer.open import require_display
 
         require_display(raw[0])
         _show(_derived(raw, layout, Path(mkdtemp(prefix="taskopt-")) / f"{raw[0].stem}.rrd"), None, at)
@@ -84,7 +84,7 @@ def view(
 def _derived(files: Sequence[Path], layout: str | None, path: Path) -> Path:
     """Derive a recording from raw logs."""
     from taskopt.log.reading import open_log
-    from taskopt.record.viewer.review.recording import record_logs
+    from taskopt.recording.viewer.review.recording import record_logs
 
     opened = [open_log(file) for file in files]
     arms = sum(len(log.resolvers) for log in opened)
@@ -94,11 +94,11 @@ def _derived(files: Sequence[Path], layout: str | None, path: Path) -> Path:
 def _show(recording: Path, picture: Path | None, at: float | None) -> None:
     """Open a recording in a window, or write a picture of it."""
     if picture is None:
-        from taskopt.record.viewer.open import show
+        from taskopt.recording.viewer.open import show
 
         show(recording)
         return
-    from taskopt.record.viewer.picture import take_picture
+    from taskopt.recording.viewer.picture import take_picture
 
     take_picture(recording, picture, at)
     typer.echo(f"wrote {picture}, a picture of {recording}")

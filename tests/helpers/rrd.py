@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from taskopt.loop.run import Step
-from taskopt.record.recorder import BufferedRecorder
-from taskopt.record.run_info import RunInfo
-from taskopt.record.viewer.sink import RecordingSink
+from taskopt.recording.recorder import BufferedRecorder
+from taskopt.recording.run_info import RunInfo
+from taskopt.recording.viewer.sink import RecordingSink
 
 
 def batches(file: Path, path: str = "/**") -> Iterator[Any]:

@@ -27,7 +27,7 @@ ALLOWED = {
     "kinematics/target.py": "the step of a difference",
     "log/claims.py": "nanoseconds in seconds",
     "loop/loop.py": "nanoseconds in seconds",
-    "record/viewer/picture.py": "nanoseconds in seconds",
+    "recording/viewer/picture.py": "nanoseconds in seconds",
     "report.py": "the shift of a mean of times",
     "resolver/cvxpy_model.py": "a guard against division by zero",
     "resolver/level_qp.py": "weights of the proximal term that are tried in turn",

@@ -11,12 +11,12 @@ from taskopt import (
     certify_velocity,
     find_conflict,
     open_log,
+    record,
     solve_again,
 )
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.log import story
 from taskopt.log.claims import claims
-from taskopt.log.own_loop import record
 from taskopt.resolver.registry import resolver
 from tests.log.conftest import ARM, DT, START, stack
 

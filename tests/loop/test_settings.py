@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from taskopt import InvalidValue, JointTask, PositionTask, Scenario, Stack, UnknownName, load_scenario, run
 from taskopt.cli import app
 from taskopt.loop.variation import varied
-from taskopt.record.manifest import manifest
-from taskopt.record.run_info import RunInfo
+from taskopt.recording.manifest import manifest
+from taskopt.recording.run_info import RunInfo
 from tests.helpers.robots import generic_q, robot
 
 

@@ -19,7 +19,7 @@ from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.hierarchy.qp import QuadraticProgram
 from taskopt.hierarchy.tolerances import FIT_RANK
-from taskopt.record.columns import read_parquet, write_parquet
+from taskopt.recording.columns import read_parquet, write_parquet
 from taskopt.resolver.one_level import orthogonal_program
 from taskopt.resolver.weighted import weighted_problem
 from taskopt.solver.one_sided import one_sided

@@ -11,7 +11,7 @@ from taskopt.bench.comparison.plots import Plot, plots
 from taskopt.bench.comparison.results import Results
 from taskopt.bench.comparison.tables import Table, long_tables, markdown, short_tables
 from taskopt.bench.comparison.trial import ROW
-from taskopt.record.columns import write_parquet
+from taskopt.recording.columns import write_parquet
 
 TITLE = "Comparison of resolvers and solvers"
 _STYLE = """

@@ -12,10 +12,10 @@ from taskopt.errors import Infeasible, NotSolved
 from taskopt.loop.run import run
 from taskopt.loop.scenario import Scenario, load_scenario
 from taskopt.loop.variation import varied
-from taskopt.record.batch import Batch
-from taskopt.record.run_info import RunInfo
-from taskopt.record.summary import Summary
-from taskopt.record.violation import LimitGauge
+from taskopt.recording.batch import Batch
+from taskopt.recording.run_info import RunInfo
+from taskopt.recording.summary import Summary
+from taskopt.recording.violation import LimitGauge
 
 Figure = float | int | str
 

@@ -24,7 +24,7 @@ from taskopt.bench.comparison.results import (
 from taskopt.bench.comparison.tables import long_tables, markdown, short_tables
 from taskopt.bench.comparison.trial import BLANK
 from taskopt.errors import InvalidValue, MissingFile
-from taskopt.record.columns import read_parquet
+from taskopt.recording.columns import read_parquet
 
 CONDITIONS = {
     "versions": {"python": "3.11.7", "taskopt": "0"}, "machine": {"cpu": "C", "cores": 2, "system": "S"},
