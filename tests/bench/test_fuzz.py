@@ -113,7 +113,7 @@ def test_answers_of_a_fallback_are_counted(tmp_path: Path) -> None:
     resolution, _ = ActiveSet()(Hierarchy([Level(np.eye(2), [0.5, 0.3])], box=([-2.0] * 2, [2.0] * 2)))
     tally = Tally("planar", ticks=1)
     for answer in (resolution, resolution.replaced(fallback="hqp/daqp")):
-        _judge(tally, answer, Configuration(arm, np.zeros(2)), [], tmp_path)
+        _judge(tally, answer, _reached(arm, np.zeros(2), resolution.v), [], tmp_path)
     assert (tally.fallbacks, tally.missed) == (1, 0)
     console = Console(width=120, record=True, file=StringIO())
     console.print(table([tally]))
