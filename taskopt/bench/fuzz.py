@@ -268,10 +268,15 @@ def table(tallies: Sequence[Tally]) -> Table:
         title="random ticks", caption=Text(caption), box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
     out.add_column("robot", no_wrap=True)
-    for heading in _COLUMNS:
+    columns = {  # no stack of order 1 has an excess of acceleration
+        heading: figure
+        for heading, figure in _COLUMNS.items()
+        if figure != "acceleration" or any(tally.acceleration for tally in tallies)
+    }
+    for heading in columns:
         out.add_column(Text(heading), justify="right", no_wrap=True)
     for tally in tallies:
-        figures = (getattr(tally, figure) for figure in _COLUMNS.values())
+        figures = (getattr(tally, figure) for figure in columns.values())
         out.add_row(tally.robot, *(str(n) if isinstance(n, int) else f"{n:.1e}" for n in figures))
     return out
 
