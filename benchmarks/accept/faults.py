@@ -401,10 +401,10 @@ _OF_PROOF = (
         "if (bound > asked).any():",
     ),
     Fault(
-        "entries of rounding size refute an answer",
-        "hierarchy/proof/judging.py",
-        "if found.verdict is not Verdict.REFUTED or not tiny.any():",
-        "if found.verdict is not Verdict.REFUTED or tiny.any():",
+        "a direction without a rank refutes an answer",
+        "hierarchy/proof/lost.py",
+        "return tuple(decide) if level.cost(x) <= level.cost(optimum) else ()",
+        "return ()",
     ),
     _constant("sums and products of pairs have no error", "UNIT_OF_PAIRS", "2.0**-103", "0.0"),
 )

@@ -130,6 +130,9 @@ def test_what_kinematics_round_off_refutes_nothing() -> None:
     assert judge(problem, [1e-13, 2.0]).verdict is Verdict.PROVEN
     assert judge(problem, [1e-13, 0.0]).verdict is Verdict.UNDECIDED
     assert judge(problem, [1e-3, 0.0]).verdict is Verdict.REFUTED
+    below = Hierarchy([rows, Level([[0.0, 1.0]], [-1.0])], box=([-2.0, -2.0], [2.0, 2.0]))
+    assert judge(below, [1e-13, 2.0]).verdict is Verdict.PROVEN
+    assert judge(below, [1e-13, -1.0]).verdict is Verdict.UNDECIDED
 
 
 def test_hard_rows_that_agree_up_to_rounding_are_a_condition_too() -> None:
