@@ -20,6 +20,8 @@ from taskopt.resolver.hqp import HierarchicalQP
 from taskopt.resolver.infeasible import limits_agree
 from taskopt.resolver.tick_review import TickReview
 
+_GAVE_UP = (Status.FAILED, Status.ITERATION_LIMIT)
+
 
 @dataclass(frozen=True)
 class ActiveSetWithFallback:
@@ -28,8 +30,9 @@ class ActiveSetWithFallback:
     It aims at the lexicographic optimum inside the hard limits, and claims an answer if that meets its KKT
     conditions. It does not promise a bound on computing time.
 
-    The search may end without an optimum: with hundreds of nearly parallel hard rows, this happens about once
-    in some thousand ticks. The fallback then resolves the same hierarchy. Its answer is taken only if it
+    The search may end without an optimum, or not end within its limit of iterations: with a hundred and more
+    nearly parallel hard rows, this happens about once in some thousand ticks. The fallback then resolves the
+    same hierarchy. Its answer is taken only if it
     meets its KKT conditions and is not refuted, and `resolution.fallback` has its name.
 
     If the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides, and
@@ -76,18 +79,18 @@ class ActiveSetWithFallback:
             resolution: An answer of the search.
 
         Returns:
-            The fallback is called if the status is FAILED, or if it is INFEASIBLE and phase one refutes that.
-            Then the result is the answer of the fallback if that meets its KKT conditions and is not refuted,
-            else the answer of the search with the status FAILED. In all other cases the answer of the search
-            is returned.
+            The fallback is called if the status is FAILED or ITERATION_LIMIT, or if it is INFEASIBLE and
+            phase one refutes that. Then the result is the answer of the fallback if that meets its KKT
+            conditions and is not refuted, else the answer of the search, with the status FAILED in place of
+            INFEASIBLE. In all other cases the answer of the search is returned.
         """
         hierarchy, status = resolution.source, resolution.status
         if status is Status.INFEASIBLE:
             if not limits_agree(hierarchy):
                 return resolution
             status = Status.FAILED
-        elif status is not Status.FAILED or not np.isfinite(resolution.certificate.worst):
-            return resolution  # it stopped at the limit of iterations, or the hierarchy holds a NaN
+        elif status not in _GAVE_UP or not np.isfinite(resolution.certificate.worst):
+            return resolution  # the hierarchy holds a NaN
         if self.fallback is not None:
             found, _ = self.fallback(hierarchy)
             if found.claimed and found.kkt_met() and not _refuted(found):

@@ -53,6 +53,16 @@ def test_a_fallback_that_is_refuted_is_not_taken_although_it_meets_its_condition
     assert concluded.fallback is None
 
 
+def test_a_search_that_does_not_end_is_followed_by_the_fallback() -> None:
+    """x₁ = 1 at its bound is the optimum; a fallback without one leaves the search the last word."""
+    stopped, _ = said(AGREE, np.zeros(2), Status.ITERATION_LIMIT)
+    concluded = ActiveSetWithFallback().conclude(stopped)
+    assert concluded.status is Status.SOLVED
+    assert concluded.fallback == "hqp/daqp"
+    assert concluded.x == pytest.approx([1.0, 0.0], abs=1e-12)
+    assert ActiveSetWithFallback(fallback=Claims()).conclude(stopped).status is Status.ITERATION_LIMIT
+
+
 @pytest.mark.parametrize(("hierarchy", "status"), [(AGREE, Status.FAILED), (CONTRADICT, Status.INFEASIBLE)])
 def test_phase_one_decides_what_is_infeasible(hierarchy: Hierarchy, status: Status) -> None:
     """INFEASIBLE is kept where the limits contradict each other, and becomes FAILED where they agree."""
