@@ -128,6 +128,7 @@ def killed(path: Path, after: float, kind: str) -> np.ndarray:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_kill_at_any_of_50_moments_leaves_a_log_that_lacks_half_a_second_at_most(tmp_path):
     """Every log opens; a killed loop alone loses nothing; table, arrays and ticks agree."""
     random = np.random.default_rng(4)

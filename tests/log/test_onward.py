@@ -153,6 +153,7 @@ def test_a_command_runs_onward(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", scenario_files(), ids=lambda path: path.stem)
 def test_every_scenario_goes_on_to_the_last_bit(tmp_path, path):
     """Each scenario of tasks/, for half a second at most, from its middle on."""

@@ -19,7 +19,8 @@ from tests.log.conftest import ARM, DT, START, stack
 
 RANDOM = np.random.default_rng(13)
 TICKS = 1000  # random ones of each scenario
-BATCHES = (pytest.param(1, marks=pytest.mark.slow), pytest.param(40, marks=pytest.mark.slow), 600, 4000)
+THOROUGH = (pytest.mark.slow, pytest.mark.thorough)
+BATCHES = (pytest.param(1, marks=THOROUGH), pytest.param(40, marks=pytest.mark.slow), 600, 4000)
 
 
 def logged_run(path: Path, folder: Path, resolver: str, duration: float) -> tuple[Log, np.ndarray]:
@@ -39,6 +40,7 @@ def test_ticks_of_some_scenarios_are_solved_again_to_the_last_bit(tmp_path, path
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", scenario_files(), ids=lambda path: path.stem)
 @pytest.mark.parametrize("resolver", ["active-set", "hqp/daqp"])
 def test_a_thousand_ticks_of_every_scenario_are_solved_again_to_the_last_bit(tmp_path, path, resolver):
