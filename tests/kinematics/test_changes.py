@@ -397,7 +397,9 @@ def test_nothing_is_compiled_and_the_next_tick_starts_warm() -> None:
     """A change keeps the working set: with limits that bind, the tick after it needs no second search."""
     q, arm = generic_q(robot("panda"), 7), robot("panda")
     control = Controller(
-        arm, Stack([[hand("panda", gain=60.0)], [rest("panda")]], [JointVelocityLimit()]), dt=DT
+        arm,
+        Stack([[hand("panda", gain=60.0)], [rest("panda")]], [JointVelocityLimit()], damping=None),
+        dt=DT,
     )
     control.start(q)
     cold = control.step(q, 0.0)

@@ -184,8 +184,6 @@ def test_what_order_2_does_not_have_is_refused_by_name():
     with pytest.raises(InvalidValue, match="fourth argument"):
         control.start(arm.posture("middle"))
     stack = Stack([[hand]], order=2)
-    with pytest.raises(InvalidValue, match=r"Controller\(log=\) does not know"):
-        Controller(arm, stack, log="never_written.arrow")
     with pytest.raises(InvalidValue, match="BatchController does not know"):
         BatchController(arm, stack)
     floating = Robot.load("panda", floating=True)

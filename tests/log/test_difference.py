@@ -63,8 +63,9 @@ def test_a_weight_that_is_changed_later_is_the_cause_at_its_tick(logged, tmp_pat
 
 def test_logs_of_other_robots_are_refused(logged, tmp_path, monkeypatch):
     """Logs with other unknowns cannot be compared, and the error names them."""
+    ran = logged("active-set")  # with the arm as it is
     monkeypatch.setattr(conftest, "ARM", planar_arm([0.5, 0.4]))
     monkeypatch.setattr(conftest, "START", np.array([0.3, 0.8]))
     other = run(tmp_path / "a.arrow", stack(), ticks=2)
     with pytest.raises(InvalidValue, match="joint1, joint2, joint3, and joint1, joint2;"):
-        difference(logged("active-set").log, other.log)
+        difference(ran.log, other.log)

@@ -54,9 +54,10 @@ def norm_of(n: int, kind: str) -> np.ndarray | None:
 def test_the_stack_is_the_closed_form_for_every_policy(policy: Damping, make: object, kind: str) -> None:
     """Damping rows in each level, any solver, any norm: `dls` of the stack without them, (3.59).
 
-    At a bend of 1e-8 rounding errors of the null space alone move `dls` by 4e-9.
+    At a bend of 1e-8 a null space is known to some roundings divided by 1e-8, which moves `dls` by 2e-8.
     """
     for bend in BENDS:
+        allowed = 1e-7 if bend == 1e-8 else 1e-8
         at = make(bend)  # type: ignore[operator]
         norm = norm_of(at.robot.nv, kind)
         exact = DampedLeastSquares(policy)(stack(at, norm=norm).at(at, DT))[0].x
@@ -67,12 +68,12 @@ def test_the_stack_is_the_closed_form_for_every_policy(policy: Damping, make: ob
                 found.x,
                 exact,
                 rtol=0.0,
-                atol=1e-8 * max(1.0, np.abs(exact).max()),
+                atol=allowed * max(1.0, np.abs(exact).max()),
                 err_msg=f"{name} at {bend}",
             )
             assert found.kkt_met(), f"{name} at {bend}"
         np.testing.assert_allclose(
-            PseudoInverse()(told)[0].x, exact, rtol=0.0, atol=1e-8 * max(1.0, np.abs(exact).max())
+            PseudoInverse()(told)[0].x, exact, rtol=0.0, atol=allowed * max(1.0, np.abs(exact).max())
         )
 
 
