@@ -176,7 +176,7 @@ def test_a_comparison_from_a_scenario_to_a_report(tmp_path: Path, taskopt: Comma
     assert taskopt(*words).code == 0
     assert (tmp_path / "out" / "rows.jsonl").read_text().startswith(rows)
     done = taskopt("bench", "report", "out")
-    assert "The closed form (pinv) has the exact optimum in all problems of: mine.npz" in done.stdout
+    assert "`pinv` has the exact optimum in all problems of: mine.npz" in done.stdout
     assert (tmp_path / "out" / "report" / "benchmark.html").is_file()
     done = taskopt("bench", "diff", "out", "out")
     assert "→ " in done.stdout

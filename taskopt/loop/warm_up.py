@@ -48,7 +48,7 @@ from taskopt.log.quick import compile_copy
 from taskopt.loop.batch.controller import BatchController
 from taskopt.loop.controller import Controller
 from taskopt.loop.pose.solver import PoseSolver
-from taskopt.resolver.active_set.resolver import ActiveSet
+from taskopt.resolver.active_set.resolver import ActiveSet, search_coarsely
 
 _CLOSED_FORMS = "pinv", "dls/chiaverini"
 _LENGTHS = (0.4, 0.4, 0.4, 0.4)  # [m]
@@ -80,7 +80,10 @@ def warm_up() -> None:
             resolution.kkt_met()  # its multipliers are found when they are asked for
     for resolver in solvers:  # with bounds in the way, without which no solver is asked
         Controller(_bare_arm(), _bounded(), resolver).step(_START, 0.0)
-    judge(Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])]), [0.5])
+    problem = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
+    judge(problem, [0.5])
+    size, width = problem.layout.answer_size, problem.layout.width
+    search_coarsely(problem, np.empty(size), np.empty(width, np.int8))  # seldom, and then within a tick
     batch = BatchController(_bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]]))
     batch.start(_START[None])
     batch.set({"tip position.target": np.eye(4)[None]})
