@@ -22,6 +22,7 @@ from typing import NamedTuple
 CPU_BAR, WALL_BAR = 1.1, 1.6
 AXIS, SECONDS = "hand.gain=1..100:5", "2"
 TABLE = "sweep.md"
+PROGRAM = "from taskopt.cli import main; main()"
 
 
 class Cost(NamedTuple):
@@ -64,7 +65,7 @@ def cost(seeds: int, jobs: int, folder: Path) -> Cost:
     Returns:
         What it cost. Workers are children of the command, which waits for them.
     """
-    command = [sys.executable, "-m", "taskopt", "sweep", "demo", "--set", AXIS, "--seeds", str(seeds)]
+    command = [sys.executable, "-c", PROGRAM, "sweep", "demo", "--set", AXIS, "--seeds", str(seeds)]
     command += ["--duration", SECONDS, "--jobs", str(jobs), "--out", str(folder)]
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -74,16 +74,16 @@ def warm_up() -> None:
     for _ in range(2):  # the second tick after a damped one
         rests.step(np.zeros(4), 0.0)
     solvers = "hqp/daqp", "wqp/daqp", *(["hqp/quadprog"] if find_spec("quadprog") else [])
+    problem = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
+    size, width = problem.layout.answer_size, problem.layout.width
     for robot, stack in islice(_stacks(), 1):
+        search_coarsely(problem, np.empty(size), np.empty(width, np.int8))  # seldom, and then within a tick
         for resolver in (*solvers, *_CLOSED_FORMS):
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for
     for resolver in solvers:  # with bounds in the way, without which no solver is asked
         Controller(_bare_arm(), _bounded(), resolver).step(_START, 0.0)
-    problem = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
     judge(problem, [0.5])
-    size, width = problem.layout.answer_size, problem.layout.width
-    search_coarsely(problem, np.empty(size), np.empty(width, np.int8))  # seldom, and then within a tick
     batch = BatchController(_bare_arm(), Stack([[PositionTask("tip", axes="xy")], [JointTask()]]))
     batch.start(_START[None])
     batch.set({"tip position.target": np.eye(4)[None]})
