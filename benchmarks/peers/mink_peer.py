@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 import mink  # pyright: ignore[reportMissingImports]
 import mujoco  # pyright: ignore[reportMissingImports]
 import numpy as np
-from served import RATIO, Made, serve
+from served import RATIO, DeclaredRows, Made, one_sided, serve, stated
 
 
 def loaded(case) -> mujoco.MjModel:
@@ -71,28 +71,15 @@ def stack(case: SimpleNamespace) -> Made:
     return f"mink {case.solver}", tick
 
 
-class Rows(mink.Task):
-    """Rows A x = b as a task, whose error is −b."""
-
-    def __init__(self, A: np.ndarray, b: np.ndarray, cost: float) -> None:
-        super().__init__(cost=np.full(len(b), cost))
-        self.A, self.b = A, b
-
-    def compute_error(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
-        return -self.b
-
-    def compute_jacobian(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
-        return self.A
+class Rows(DeclaredRows, mink.Task):
+    """Rows as a task of mink."""
 
 
 class Limits(mink.Limit):
     """The box and the hard rows of a problem as a limit."""
 
     def __init__(self, one: SimpleNamespace) -> None:
-        n, (A, lower, upper) = len(one.box[0]), one.hard
-        G = np.vstack([np.eye(n), -np.eye(n), A, -A])
-        h = np.concatenate([one.box[1], -one.box[0], upper, -lower])
-        self.kept = mink.Constraint(G=G[np.isfinite(h)], h=h[np.isfinite(h)])
+        self.kept = mink.Constraint(*one_sided(one))
 
     def compute_qp_inequalities(self, configuration: object, dt: float) -> mink.Constraint:  # noqa: ARG002
         return self.kept
@@ -110,14 +97,7 @@ def slides(n: int) -> mink.Configuration:
 
 
 def rows(problems: list[SimpleNamespace], solver: str) -> Made:
-    made = [
-        (
-            slides(len(one.box[0])),
-            [Rows(A, b, RATIO ** (k / 2)) for k, (A, b) in enumerate(one.levels)],
-            [Limits(one)],
-        )
-        for one in problems
-    ]
+    made = stated(problems, slides, Rows, Limits)
 
     def answer(i: int) -> np.ndarray:
         configuration, tasks, limits = made[i]

@@ -15,7 +15,7 @@ import pinocchio as pin
 from pink.exceptions import PinkError
 from pink.limits import ConfigurationLimit, Limit, VelocityLimit
 from pink.tasks import ComTask, FrameTask, PostureTask, Task
-from served import RATIO, Made, serve
+from served import RATIO, DeclaredRows, Made, one_sided, serve, stated
 
 
 class Stack:
@@ -69,18 +69,8 @@ class Stack:
         return self.velocity()
 
 
-class Rows(Task):
-    """Rows A x = b as a task, whose error is −b."""
-
-    def __init__(self, A: np.ndarray, b: np.ndarray, cost: float) -> None:
-        super().__init__(cost=np.full(len(b), cost))
-        self.A, self.b = A, b
-
-    def compute_error(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
-        return -self.b
-
-    def compute_jacobian(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
-        return self.A
+class Rows(DeclaredRows, Task):
+    """Rows as a task of pink."""
 
     def __repr__(self) -> str:
         return f"Rows({len(self.b)})"
@@ -90,10 +80,7 @@ class Limits(Limit):
     """The box and the hard rows of a problem as a limit."""
 
     def __init__(self, one: SimpleNamespace) -> None:
-        n, (A, lower, upper) = len(one.box[0]), one.hard
-        G = np.vstack([np.eye(n), -np.eye(n), A, -A])
-        h = np.concatenate([one.box[1], -one.box[0], upper, -lower])
-        self.kept = G[np.isfinite(h)], h[np.isfinite(h)]
+        self.kept = one_sided(one)
 
     def compute_qp_inequalities(self, q: object, dt: float) -> tuple[np.ndarray, np.ndarray]:  # noqa: ARG002
         return self.kept
@@ -112,14 +99,7 @@ def stack(case: SimpleNamespace) -> Made:
 
 
 def rows(problems: list[SimpleNamespace], solver: str) -> Made:
-    made = [
-        (
-            slides(len(one.box[0])),
-            [Rows(A, b, RATIO ** (k / 2)) for k, (A, b) in enumerate(one.levels)],
-            [Limits(one)],
-        )
-        for one in problems
-    ]
+    made = stated(problems, slides, Rows, Limits)
 
     def answer(i: int) -> np.ndarray:
         configuration, tasks, limits = made[i]

@@ -49,6 +49,53 @@ def handed_problems(folder: Path) -> list[SimpleNamespace]:
     return problems
 
 
+def one_sided(one: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
+    """The box and the hard rows of a problem as G x ≤ h, without rows that bound nothing."""
+    n, (A, lower, upper) = len(one.box[0]), one.hard
+    G = np.vstack([np.eye(n), -np.eye(n), A, -A])
+    h = np.concatenate([one.box[1], -one.box[0], upper, -lower])
+    return G[np.isfinite(h)], h[np.isfinite(h)]
+
+
+class DeclaredRows:
+    """Rows A x = b as a task whose error is −b, for peers that have such a base class of tasks.
+
+    Args:
+        A: The rows, (m, n).
+        b: Right-hand sides, (m,).
+        cost: Root of their weight.
+    """
+
+    def __init__(self, A: np.ndarray, b: np.ndarray, cost: float) -> None:
+        super().__init__(cost=np.full(len(b), cost))  # type: ignore[call-arg] (that of the peer)
+        self.A, self.b = A, b
+
+    def compute_error(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
+        return -self.b
+
+    def compute_jacobian(self, configuration: object) -> np.ndarray:  # noqa: ARG002 (theirs)
+        return self.A
+
+
+def stated(problems: list[SimpleNamespace], robot: Any, rows: Any, limits: Any) -> list[tuple[Any, Any, Any]]:
+    """State problems as a robot, its tasks and its limits, levels by weights, see `RATIO`.
+
+    Args:
+        problems: The problems.
+        robot: Returns a robot of n slides, at zero.
+        rows: The peer's class of `DeclaredRows`.
+        limits: The peer's class of limits, made of a problem.
+    """
+    return [
+        (
+            robot(len(one.box[0])),
+            [rows(A, b, RATIO ** (k / 2)) for k, (A, b) in enumerate(one.levels)],
+            [limits(one)],
+        )
+        for one in problems
+    ]
+
+
 def serve(
     stack: Callable[[SimpleNamespace], Made],
     rows: Callable[[list[SimpleNamespace], str], Made],
