@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask
+from taskopt.hierarchy.intervals import excess
 from taskopt.hierarchy.tolerances import CLAIM_KEEPS_LIMITS, SHOWN_VIOLATION
 from taskopt.log.reading import Log
 from taskopt.log.spans import bound_name, codes
@@ -63,23 +64,37 @@ def breaches(log: Log, resolver: str) -> tuple[Breach, ...]:
 def _of_answers(log: Log, rows: IntArray) -> Iterator[Breach]:
     """Yield the bounds and the hard rows that x broke."""
     layout = log.layout
-    n, count, hard = layout.n, layout.row_count, int(layout.offsets[1])
-    x, box, bounds = (log.array(name)[rows].astype(np.float64) for name in ("x", "box", "bounds"))
-    A = log.array("A")[rows].astype(np.float64).reshape(len(rows), count, n)[:, :hard]
-    value = np.hstack([x, np.einsum("kij,kj->ki", A, x)])
-    lower = np.hstack([box[:, :n], bounds[:, :hard]])
-    upper = np.hstack([box[:, n:], bounds[:, count : count + hard]])
-    excess = np.maximum(lower - value, value - upper)
-    excess[log.array("failed")[rows].astype(bool)] = 0.0
-    broken = excess > CLAIM_KEEPS_LIMITS * np.maximum(1.0, np.abs(value))
+    value, lower, upper = values_and_limits(log, rows)
+    over = excess(value, lower, upper)
+    over[log.array("failed")[rows].astype(bool)] = 0.0
+    broken = over > CLAIM_KEEPS_LIMITS * np.maximum(1.0, np.abs(value))
     state = np.zeros((len(rows), layout.width), dtype=np.int64)
-    state[:, : n + hard] = broken * np.where(value > upper, 1, -1)
+    state[:, : value.shape[1]] = broken * np.where(value > upper, 1, -1)
     code = codes(log, rows, state)
     for i in np.flatnonzero(broken.any(axis=0)).tolist():
         for one in np.unique(code[broken[:, i], i]).tolist():
             own = code[:, i] == one
             name, side = bound_name(log, i, one), "upper" if one > 0 else "lower"
-            yield _breach(log, rows, own, excess[:, i], (name, side, layout.unit(i)))
+            yield _breach(log, rows, own, over[:, i], (name, side, layout.unit(i)))
+
+
+def values_and_limits(log: Log, rows: IntArray) -> tuple[Array, Array, Array]:
+    """Return x and the values of the hard rows, with their bounds.
+
+    Args:
+        log: The log.
+        rows: Numbers of rows, (k,).
+
+    Returns:
+        Values, lower bounds and upper bounds, (k, n + hard rows) each, in the units of the rows.
+    """
+    layout = log.layout
+    n, count, hard = layout.n, layout.row_count, int(layout.offsets[1])
+    x, box, bounds = (log.array(name)[rows].astype(np.float64) for name in ("x", "box", "bounds"))
+    A = log.array("A")[rows].astype(np.float64).reshape(len(rows), count, n)[:, :hard]
+    value = np.hstack([x, np.einsum("kij,kj->ki", A, x)])
+    lower = np.hstack([box[:, :n], bounds[:, :hard]])
+    return value, lower, np.hstack([box[:, n:], bounds[:, count : count + hard]])
 
 
 def _of_positions(log: Log, rows: IntArray) -> Iterator[Breach]:
@@ -94,17 +109,17 @@ def _of_positions(log: Log, rows: IntArray) -> Iterator[Breach]:
         for side, sign in (("lower", -1.0), ("upper", 1.0)):
             limit = robot[f"position_{side}"][k]
             if limit is not None:
-                excess = sign * (q[:, place] - limit)
+                over = sign * (q[:, place] - limit)
                 named = f"position/{robot['velocities'][k]}", side, robot["units"][k]
-                if (excess > SHOWN_VIOLATION).any():
-                    yield _breach(log, rows, excess > SHOWN_VIOLATION, excess, named)
+                if (over > SHOWN_VIOLATION).any():
+                    yield _breach(log, rows, over > SHOWN_VIOLATION, over, named)
 
 
-def _breach(log: Log, rows: IntArray, own: Mask, excess: Array, named: tuple[str, str, str]) -> Breach:
+def _breach(log: Log, rows: IntArray, own: Mask, over: Array, named: tuple[str, str, str]) -> Breach:
     """Return a limit that was broken at some ticks."""
     steps, t = log.array("dt")[rows].astype(np.float64), log.t[rows]
-    worst = int(np.argmax(np.where(own, excess, -np.inf)))
+    worst = int(np.argmax(np.where(own, over, -np.inf)))
     name, side, unit = named
     return Breach(
-        name, side, float(t[own][0]), float(steps[own].sum()), float(excess[worst]), float(t[worst]), unit
+        name, side, float(t[own][0]), float(steps[own].sum()), float(over[worst]), float(t[worst]), unit
     )

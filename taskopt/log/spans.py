@@ -64,7 +64,7 @@ def spans(log: Log, resolver: str) -> tuple[Span, ...]:
     steps = log.array("dt")[rows]
     found = []
     for i in range(log.layout.width):
-        for first, last in _runs(code[:, i]):
+        for first, last in runs(code[:, i]):
             name, side = bound_name(log, i, int(code[first, i])), "upper" if code[first, i] > 0 else "lower"
             price, level = _price(multipliers[first : last + 1, :, i])
             unit = price_unit(log, i, level)
@@ -117,11 +117,18 @@ def _active(log: Log, rows: IntArray) -> IntArray:
     return np.where(equal, 0, codes(log, rows, log.array("state")[rows].astype(np.int64)))
 
 
-def _runs(code: IntArray) -> Iterator[tuple[int, int]]:
-    """Yield first and last index of each run of one nonzero number."""
-    edges = np.flatnonzero(np.diff(code)) + 1
-    for first, stop in zip([0, *edges.tolist()], [*edges.tolist(), len(code)], strict=True):
-        if code[first]:
+def runs(code: IntArray) -> Iterator[tuple[int, int]]:
+    """Find the runs of one number other than 0.
+
+    Args:
+        code: Numbers, (k,).
+
+    Yields:
+        First and last place of each run.
+    """
+    edges = (np.flatnonzero(np.diff(code)) + 1).tolist()
+    for first, stop in zip([0, *edges], [*edges, len(code)], strict=True):
+        if len(code) and code[first]:
             yield first, stop - 1
 
 

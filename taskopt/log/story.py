@@ -168,6 +168,18 @@ def errors(log: Log, rows: IntArray) -> Iterator[str]:
             yield f"{task}: error {'' if len(rows) == 1 else 'up to '}{', '.join(told)}"
 
 
+def kind_of(note: str) -> str:
+    """Return what notes have in common that differ in numbers only, other than those of levels and in names.
+
+    Args:
+        note: A note.
+
+    Returns:
+        The note with # in place of its numbers.
+    """
+    return _NUMBER.sub("#", note)
+
+
 def noted(log: Log) -> Iterator[str]:
     """Yield the notes on answers, each with its first time; notes that differ in numbers only are one kind.
 
@@ -180,7 +192,7 @@ def noted(log: Log) -> Iterator[str]:
     kinds: dict[str, tuple[str, list[int]]] = {}
     for row, found in enumerate(log.array("notes").tolist()):
         for note in found or ():
-            kinds.setdefault(_NUMBER.sub("#", note), (note, []))[1].append(row)
+            kinds.setdefault(kind_of(note), (note, []))[1].append(row)
     for note, rows in list(kinds.values())[:_SHOWN]:
         more = f", first of {len(rows)} ticks of this kind" if len(rows) > 1 else ""
         yield f"at {log.t[rows[0]]:.6g} s{more}: {note}"

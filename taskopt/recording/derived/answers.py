@@ -8,6 +8,7 @@ from taskopt.arrays import NO_BOUND, AnyArray, Array, IntArray, Mask
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.layout import Block
 from taskopt.hierarchy.tolerances import SHOWN_VIOLATION
+from taskopt.log.breaches import values_and_limits
 from taskopt.log.reading import Log
 
 _PERCENTILE = 95.0  # of the solve times: above it is what the scheduler took
@@ -124,32 +125,13 @@ class Answers:
     @cached_property
     def beyond(self) -> IntArray:
         """Bounds and hard rows that x breaks, (k, n + M): −1 below the lower one, +1 above the upper one."""
-        layout = self.log.layout
-        n, count, hard = layout.n, layout.row_count, int(layout.offsets[1])
-        box, bounds = self.column("box"), self.column("bounds")
-        A = self.column("A").reshape(len(self.rows), count, n)[:, :hard]
-        value = np.hstack([self.x, np.einsum("kmn,kn->km", A, self.x)])
-        lower = np.hstack([box[:, :n], bounds[:, :hard]])
-        upper = np.hstack([box[:, n:], bounds[:, count : count + hard]])
-        side = np.zeros((len(self.rows), layout.width), dtype=np.int64)
-        side[:, : n + hard] = np.where(value > upper + SHOWN_VIOLATION, 1, 0)
-        side[:, : n + hard] -= value < lower - SHOWN_VIOLATION
+        value, lower, upper = values_and_limits(self.log, self.rows)
+        side = np.zeros((len(self.rows), self.log.layout.width), dtype=np.int64)
+        own = side[:, : value.shape[1]]
+        own += value > upper + SHOWN_VIOLATION
+        own -= value < lower - SHOWN_VIOLATION
         side[self.failed] = 0
         return side
-
-    def owner(self, i: int) -> IntArray:
-        """Return which limit or label stands behind lower and upper bound of an unknown or a row.
-
-        Args:
-            i: Number of the unknown, or n plus that of the row.
-
-        Returns:
-            (k, 2): index among the owners of the layout; or the label of the row, twice.
-        """
-        n = self.log.layout.n
-        if i < n:
-            return self.column("owner")[:, [i, n + i]].astype(np.int64)
-        return np.repeat(self.column("label")[:, i - n, None].astype(np.int64), 2, axis=1)
 
     @cached_property
     def velocity_share(self) -> Array:

@@ -1,15 +1,15 @@
 """The events of a resolver's ticks: limits, claims, damping, fallbacks, ranks, sentences, and the end."""
 
-import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from taskopt.log.spans import runs
+from taskopt.log.story import kind_of
 from taskopt.recording.derived.answers import Answers
-from taskopt.recording.derived.lanes import Lane, runs
+from taskopt.recording.derived.lanes import Lane
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
 _TOLD = {  # claims that are events, with Rerun's name of their severity
     "BRAKED": "ERROR", "RELAXED": "WARN", "INFEASIBLE": "ERROR", "ITERATION_LIMIT": "WARN", "FAILED": "ERROR",
 }  # fmt: skip
@@ -91,7 +91,7 @@ def _of_words(answers: Answers) -> Iterator[Event]:
     """Yield an event where a sentence of a new kind stands at a tick, for each error, and at the end."""
     before: set[str] = set()
     for place, notes in enumerate(answers.column("notes")):
-        kinds = {_NUMBER.sub("#", note): note for note in (notes if notes is not None else ())}
+        kinds = {kind_of(note): note for note in (notes if notes is not None else ())}
         yield from (Event(place, "WARN", note) for kind, note in kinds.items() if kind not in before)
         before = set(kinds)
     errors = answers.column("error")

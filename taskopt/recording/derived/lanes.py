@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskopt.arrays import IntArray
 from taskopt.hierarchy.layout import short_names
-from taskopt.log.spans import Span, spans
+from taskopt.log.spans import Span, bound_name, codes, runs, spans
 from taskopt.recording.derived.answers import Answers
 
 
@@ -100,27 +99,9 @@ def _active(answers: Answers, span: Span) -> Stretch:
 
 def _broken(answers: Answers) -> Iterator[tuple[str, Stretch]]:
     """Yield the bounds that were broken, with their names."""
-    layout = answers.log.layout
+    code = codes(answers.log, answers.rows, answers.beyond)
     for i in np.flatnonzero(answers.beyond.any(axis=0)).tolist():
-        side, behind = answers.beyond[:, i], answers.owner(i)
-        code = side * (1 + np.where(side > 0, behind[:, 1], behind[:, 0]))
-        for first, last in runs(code):
-            known = abs(int(code[first])) - 1
-            name = f"{layout.owners[known]}/{layout.unknowns[i]}" if i < layout.n else ""
-            name = name or layout.row_name(i - layout.n, known)
-            yield name, Stretch(first, last, "upper" if code[first] > 0 else "lower", broken=True)
-
-
-def runs(code: IntArray) -> Iterator[tuple[int, int]]:
-    """Find the runs of one number other than 0.
-
-    Args:
-        code: Numbers, (k,).
-
-    Yields:
-        First and last place of each run.
-    """
-    edges = (np.flatnonzero(np.diff(code)) + 1).tolist()
-    for first, stop in zip([0, *edges], [*edges, len(code)], strict=True):
-        if len(code) and code[first]:
-            yield first, stop - 1
+        for first, last in runs(code[:, i]):
+            one = int(code[first, i])
+            side = "upper" if one > 0 else "lower"
+            yield bound_name(answers.log, i, one), Stretch(first, last, side, broken=True)
