@@ -32,8 +32,8 @@ class ActiveSetWithFallback:
 
     The search may end without an optimum, or not end within its limit of iterations: with a hundred and more
     nearly parallel hard rows, this happens about once in some thousand ticks. The fallback then resolves the
-    same hierarchy. Its answer is taken only if it
-    meets its KKT conditions and is not refuted, and `resolution.fallback` has its name.
+    same hierarchy. Its answer is taken only if it meets its KKT conditions and is not refuted, and
+    `resolution.fallback` has its name.
 
     If the search claims that the hard limits contradict each other, phase one (`limits_agree`) decides, and
     the status is INFEASIBLE only if phase one finds the contradiction, too.

@@ -324,12 +324,16 @@ def _row_to_drop(
 @kernel
 def _least_multiplier(rows: ScaledRows, x: Array, k: int) -> float:
     """Return the least multiplier of a bound of the box at level k that is more than `rows.rounding`."""
-    scale, levels = 1.0, rows.offsets.size - 2
-    if rows.rounding > 0.0 and 0 < k <= levels:
+    if rows.rounding == 0.0:
+        return 0.0
+    scale, reach, levels = 1.0, 1.0, rows.offsets.size - 2
+    if 0 < k <= levels:
         scale = 0.0
         for i in range(rows.offsets[k], rows.offsets[k + 1]):
             scale = max(scale, rows.size[i] ** 2)
-    return rows.rounding * scale * max(1.0, np.abs(x).max())
+    for j in range(x.size):
+        reach = max(reach, abs(x[j]))
+    return rows.rounding * scale * reach
 
 
 @kernel
