@@ -690,8 +690,8 @@ _OF_KINEMATICS = (
     Fault(
         "far pairs do not bound the speed",
         "kinematics/limit/bound_distance.py",
-        "budget, first = room, pair[Pair.TRAVEL]",
-        "budget, first = 1e9 * room, pair[Pair.TRAVEL]",
+        "largest_share(pair[Pair.TRAVEL], pair[Pair.BEND], room)",
+        "largest_share(pair[Pair.TRAVEL], pair[Pair.BEND], 1e9 * room)",
     ),
     Fault(
         "the band of a transition closes in proportion to time",

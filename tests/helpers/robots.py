@@ -6,7 +6,7 @@ import numpy as np
 
 from taskopt.arrays import Array
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.robot import Robot, planar_arm
+from taskopt.kinematics.robot import DHRow, Robot, planar_arm
 
 # Planar with limits; seven joints; wheels that turn without end (nq ≠ nv); floating base.
 FRAMES = {
@@ -20,11 +20,17 @@ FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 
 @cache
 def robot(name: str) -> Robot:
-    """A robot by name: "planar" has limits and "planar3" has none; the fingers of the Panda are locked."""
+    """A robot by name: "planar" has limits and "planar3" has none; the fingers of the Panda are locked.
+
+    The joints of "crane" turn, slide, turn and slide.
+    """
     if name == "planar":
         return planar_arm(lower=-3.0, upper=3.0, velocity=2.0, radius=0.02)
     if name == "planar3":
         return planar_arm(radius=0.02)
+    if name == "crane":
+        turn, slide = DHRow(0.4, 0.5, 0.1, 0.3), DHRow(0.1, -0.7, 0.3, 0.0, "prismatic", lower=0.0, upper=0.6)
+        return Robot.from_dh([turn, slide, turn, slide], radius=0.02)
     return Robot.load(name, lock=FINGERS if name == "panda" else ())
 
 

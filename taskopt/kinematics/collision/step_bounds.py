@@ -25,11 +25,13 @@ class StepLosses(NamedTuple):
         travel: (P,) [m] bound on Δt |∇d·v| at s = 1; it is proportional to s.
         jump: (P,) [m] linear part of the error of the linearised distance at s = 1; it is proportional to s.
         bend: (P,) [m] quadratic part of that error at s = 1; it is proportional to s².
+        slide: (P,) [m] the part of `bend` that sliding joints make together with turning ones.
     """
 
     travel: Array
     jump: Array
     bend: Array
+    slide: Array
 
 
 class Core(NamedTuple):
@@ -53,7 +55,7 @@ def nominal_speeds(robot: Robot) -> Array:
     Returns:
         (nv,) the velocity limits, but at most 2π rad/s for turning and 1 m/s for sliding joints.
     """
-    return np.minimum(robot.velocity_limit, np.where(_turns(robot), _TURNING, _SLIDING))
+    return np.minimum(robot.velocity_limit, np.where(turning(robot), _TURNING, _SLIDING))
 
 
 class Between(NamedTuple):
@@ -89,7 +91,7 @@ def between(collision: Collision) -> Between:
     """
     reaches = _Reaches(collision)
     reach = np.array([reaches.of(pair) for pair in range(len(collision.pairs))]).reshape(collision.turn.shape)
-    reach[:, ~_turns(collision.robot)] = 1.0
+    reach[:, ~turning(collision.robot)] = 1.0
     pair, column = np.nonzero(collision.turn)
     start = np.searchsorted(pair, np.arange(len(collision.pairs) + 1))
     speed = nominal_speeds(collision.robot)[column]
@@ -107,7 +109,9 @@ def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
     no point of the other crosses it. Compared with the nearest point p, another point x moves by ω × (x − p)
     more, hence jump = Δt Ω ℓ, with Ω = Σ |v_k| over turning joints and ℓ the diameter of the other solid's
     core (zero for a sphere). At constant v, a point accelerates by at most Ω Σ |v_k| ρ_k (twice that for
-    sliding joints, because of Coriolis terms), and bend is ½ Δt² times this.
+    sliding joints, because of Coriolis terms), and bend is ½ Δt² times this. Sliding joints lose nothing by
+    themselves, since d is a convex function of a translation: with turning joints at s times their speeds and
+    sliding joints at most at theirs, the loss is at most s · (jump + slide) + s² · (bend − slide).
 
     Args:
         collision: The P pairs.
@@ -115,25 +119,24 @@ def step_losses(collision: Collision, dt: float, within: float) -> StepLosses:
         within: Distance up to which the bounds must hold [m].
 
     Returns:
-        The three bounds.
+        The bounds.
 
     Raises:
         InvalidValue: A sliding joint between two solids has no position limit.
     """
     known = [Core(*core(shape)) for shape in collision.shapes.geometryObjects]
-    reaches, turns, speeds = _Reaches(collision), _turns(collision.robot), nominal_speeds(collision.robot)
+    reaches, turns, speeds = _Reaches(collision), turning(collision.robot), nominal_speeds(collision.robot)
     out = []
     for pair, (first, second) in enumerate(collision.pairs):
         moving = collision.turn[pair] != 0.0
-        turning = turns & moving
+        turn = turns & moving
         speed = _Speeds(
-            float(speeds[turning].sum()),
+            float(speeds[turn].sum()),
             float(speeds[moving & ~turns].sum()),
-            float(speeds[turning] @ reaches.of(pair)[turning]),
+            float(speeds[turn] @ reaches.of(pair)[turn]),
         )
         out.append(_losses(known[first], known[second], speed, dt, within))
-    travel, jump, bend = np.array(out).reshape(-1, 3).T.copy()
-    return StepLosses(travel, jump, bend)
+    return StepLosses(*np.array(out).reshape(-1, 4).T.copy())
 
 
 class _Speeds(NamedTuple):
@@ -144,8 +147,8 @@ class _Speeds(NamedTuple):
     swing: float  # Σ v̄ ρ over turning joints [m/s]
 
 
-def _losses(mine: Core, other: Core, speed: _Speeds, dt: float, within: float) -> tuple[float, float, float]:
-    """Return travel, jump and bend [m] of one pair of solids, whose cores are `mine` and `other`."""
+def _losses(mine: Core, other: Core, speed: _Speeds, dt: float, within: float) -> tuple[float, ...]:
+    """Return the numbers of `StepLosses` [m] of one pair of solids, whose cores are `mine` and `other`."""
     spin, slide, swing = speed
 
     def bend(pad: float) -> float:
@@ -156,7 +159,7 @@ def _losses(mine: Core, other: Core, speed: _Speeds, dt: float, within: float) -
     ways = [(dt * spin * mine.diameter, bend(0.0))]
     if np.isfinite(other.diameter):
         ways.append((dt * spin * other.diameter, bend(within + (other.diameter + other.radius))))
-    return dt * (swing + slide), *min(ways, key=sum)
+    return dt * (swing + slide), *min(ways, key=sum), dt * dt * spin * slide
 
 
 class _Reaches:
@@ -165,7 +168,7 @@ class _Reaches:
     def __init__(self, collision: Collision) -> None:
         """Measure shapes and links once, because there may be thousands of pairs."""
         robot = collision.robot
-        self._collision, self._turns = collision, _turns(robot)
+        self._collision, self._turns = collision, turning(robot)
         self._supports = [list(support) for support in robot.model.supports]
         self._columns = [velocity_slice(joint) for joint in robot.model.joints]
         self._lengths = [link_length(robot, joint) for joint in range(len(self._supports))]
@@ -194,6 +197,13 @@ class _Reaches:
         return out
 
 
-def _turns(robot: Robot) -> Mask:
-    """Return (nv,) True where a velocity turns."""
+def turning(robot: Robot) -> Mask:
+    """Return which velocities turn.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        (nv,) True for [rad/s], False for [m/s].
+    """
     return np.array([unit == "rad" for unit in robot.coordinate_units])

@@ -20,7 +20,7 @@ from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.pairs import Margins, pair_margins
-from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses
+from taskopt.kinematics.collision.step_bounds import nominal_speeds, step_losses, turning
 from taskopt.kinematics.configuration import Configuration
 from taskopt.kinematics.limit.base import BoundLimit, RowLimit, narrow_one
 from taskopt.kinematics.limit.moving_obstacles import Mover
@@ -83,12 +83,16 @@ class SpeedBounds(BoundLimit):
 class BoundDistance(RowLimit, BoundLimit):
     """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than the influence, and bounds on the velocities.
 
+    Pairs beyond the influence do not brake. Only where a step at the nominal speeds could reach their margin,
+    they have a row that leaves of d − margin what such a step may lose besides, or half of it if that is less.
+
     If every |v_k| ≤ s v̄_k, an Euler step changes d by Δt ∇d·v less a loss of at most s · jump + s² · bend
     (`step_losses`). d_s = margin + reserve. The reserve is jump + 2 bend, which exceeds the loss for s = 1,
     but it is at most half of the way from margin to influence.
 
     The bounds |v_k| ≤ s v̄_k use the largest s for which no pair loses more than its row leaves above the
-    margin. They ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
+    margin. A sliding joint alone loses nothing: where s < 1, s is that of the turning joints with sliding
+    ones at their nominal speeds, so that a lift is not slowed down beside a link that touches. They ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
     only at distances within the reserve, or where Δt is long. All rows and bounds allow v = 0.
 
     Args:
@@ -112,7 +116,8 @@ class BoundDistance(RowLimit, BoundLimit):
         jump: Part of the loss of a step of each pair that grows with s, (P,) [m].
         bend: Part of the loss of a step of each pair that grows with s², (P,) [m].
         reserve: Amount that is added to the margin of each pair, (P,) [m].
-        known: (8, P) numbers of the pairs, see `Pair`.
+        turns: (nv,) True where a velocity turns.
+        known: (9, P) numbers of the pairs, see `Pair`.
         share: s_k of each velocity, the smallest s of the pairs that it moves, as of the last `fill`, (nv,).
         movers: Obstacles that move.
     """
@@ -133,11 +138,11 @@ class BoundDistance(RowLimit, BoundLimit):
         self.distances = Distances(collision)
         self.margin, self.influence, self._gain = braking.margin, braking.influence, np.array([braking.gain])
         self.dt = dt
-        self.speeds = nominal_speeds(collision.robot)
+        self.speeds, self.turns = nominal_speeds(collision.robot), turning(collision.robot)
         self.known = np.zeros((len(Pair), len(collision.pairs)))
         self.margins: Array = self.known[Pair.MARGIN]
         self.margins[:] = self.margin if margins is None else margins
-        _, self.jump, self.bend, self.reserve, *_ = self.known
+        _, self.jump, self.bend, _, self.reserve, *_ = self.known
         self.movers = tuple(movers)
         self._farthest = self._known_to = 0.0
         self._use_margins(self.margins)
@@ -151,9 +156,10 @@ class BoundDistance(RowLimit, BoundLimit):
 
     def retime(self, dt: float) -> None:
         """Change Δt [s]; see `Part.retime`."""
-        # Travel and jump of a step are proportional to Δt, and bend to its square.
+        # Travel and jump of a step are proportional to Δt, and bend with its part of slides to its square.
         longer = dt / self.dt
-        self.known[: Pair.RESERVE] *= np.array([[longer], [longer], [longer * longer]])
+        self.known[: Pair.BEND] *= longer
+        self.known[Pair.BEND : Pair.RESERVE] *= longer * longer
         self.dt = dt
         self.renew()
 
@@ -220,7 +226,7 @@ class BoundDistance(RowLimit, BoundLimit):
 
     def fill(self, configuration: Configuration, t: float, rows: LevelRows) -> None:
         """Measure the distances and write the rows; see `RowPart.fill`."""
-        of, settings, known = self.distances, (self.gain, self.dt), self.known
+        of, settings, known = self.distances, (self.gain, self.dt, self.turns), self.known
         for mover in self.movers:
             mover.move(t, self.dt)
         of.update(configuration)
@@ -238,16 +244,17 @@ class BoundDistance(RowLimit, BoundLimit):
 
 
 class Pair(IntEnum):
-    """Rows of the array (8, P) that holds the numbers of each pair."""
+    """Rows of the array (9, P) that holds the numbers of each pair."""
 
     TRAVEL = 0  # [m]
     JUMP = 1  # [m]
     BEND = 2  # [m]
-    RESERVE = 3  # [m]
-    MARGIN = 4  # [m]
-    INFLUENCE = 5  # [m]
-    DRIFT = 6  # rate of the distance by the motion of an obstacle [m/s]
-    LOSS = 7  # what that motion can take from the distance in a step besides [m]
+    SLIDE = 3  # [m]
+    RESERVE = 4  # [m]
+    MARGIN = 5  # [m]
+    INFLUENCE = 6  # [m]
+    DRIFT = 7  # rate of the distance by the motion of an obstacle [m/s]
+    LOSS = 8  # what that motion can take from the distance in a step besides [m]
 
 
 @kernel
@@ -258,8 +265,8 @@ def approach_into(distance, gradient, turn, known, settings, A, lower, share):
         distance: d of each pair, (P,) [m].
         gradient: ∇d of each pair along the velocities, (P, nv).
         turn: How far a unit velocity moves or turns each pair, (P, nv); read only for being zero or not.
-        known: (8, P), see `Pair`.
-        settings: Gain and Δt [s].
+        known: (9, P), see `Pair`.
+        settings: Gain; Δt [s]; and (nv,) True where a velocity turns.
         A: Rows, (P, nv), written here.
         lower: Lower bounds, (P,) [m/s], written here.
         share: s of each velocity, (nv,), written here.
@@ -267,40 +274,53 @@ def approach_into(distance, gradient, turn, known, settings, A, lower, share):
     for k in range(share.size):
         share[k] = np.inf
     for i in range(distance.size):
-        lower[i], s = braked(distance[i], known[:, i], settings)
+        lower[i], turning, sliding = braked(distance[i], known[:, i], settings[0], settings[1])
         near = lower[i] > -np.inf or np.isnan(lower[i])
         for k in range(A.shape[1]):
             A[i, k] = gradient[i, k] if near else 0.0
             if turn[i, k] != 0.0:
-                share[k] = min(share[k], s)
+                share[k] = min(share[k], turning if settings[2][k] else sliding)
 
 
 @kernel
-def braked(distance, pair, settings):
+def braked(distance, pair, gain, dt):
     """Compute the largest approach of a pair at a given distance.
 
     Args:
         distance: d [m].
-        pair: (8,), see `Pair`.
-        settings: Gain and Δt [s].
+        pair: (9,), see `Pair`.
+        gain: κ.
+        dt: Δt [s].
 
     Returns:
-        Lower bound of ∇d·v [m/s], −inf beyond the influence; and the largest s for which a step at the speeds
-        s v̄ loses no more than the row leaves.
+        Lower bound of ∇d·v [m/s], −inf where no step from beyond the influence reaches the margin; and the
+        largest s of turning and of sliding joints for which a step at the speeds s v̄ loses no more than the
+        row leaves.
     """
-    gain, dt = settings
-    room, lower = distance - pair[Pair.MARGIN] - pair[Pair.LOSS], -np.inf
-    budget, first = room, pair[Pair.TRAVEL]
-    if not distance >= pair[Pair.INFLUENCE]:  # so that NaN is handed on, and found
+    room = distance - pair[Pair.MARGIN] - pair[Pair.LOSS]
+    if distance >= pair[Pair.INFLUENCE]:  # not so for NaN, which is handed on, and found
+        s = largest_share(pair[Pair.TRAVEL], pair[Pair.BEND], room)
+        if s >= 1.0 or room <= 0.0:
+            return -np.inf, s, s
+        budget = min(pair[Pair.JUMP] + pair[Pair.BEND], 0.5 * room)
+        lower = (budget - room) / dt
+    else:
         free = room - pair[Pair.RESERVE]
         if free < 0.0 and not pair[Pair.DRIFT] < 0.0:
             free = 0.0  # an obstacle that comes nearer is given way to instead, until the reserve is back
         lower = -gain * free / dt - pair[Pair.DRIFT]
-        budget, first = room - gain * free, pair[Pair.JUMP]
-        if room < CONTACT:
-            budget = max(CONTACT, -0.1 * room)
-    root = np.sqrt(first * first + 4.0 * pair[Pair.BEND] * budget)
-    return lower, 2.0 * budget / (first + root)
+        budget = max(CONTACT, -0.1 * room) if room < CONTACT else room - gain * free
+    s = largest_share(pair[Pair.JUMP], pair[Pair.BEND], budget)
+    if s >= 1.0:
+        return lower, s, s
+    first, second = pair[Pair.JUMP] + pair[Pair.SLIDE], pair[Pair.BEND] - pair[Pair.SLIDE]
+    return lower, largest_share(first, second, budget), 1.0
+
+
+@kernel
+def largest_share(first, second, budget):
+    """Return the s > 0 for which s · first + s² · second = budget [m]."""
+    return 2.0 * budget / (first + np.sqrt(first * first + 4.0 * second * budget))
 
 
 @kernel_apart

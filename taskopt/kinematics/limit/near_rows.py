@@ -12,7 +12,7 @@ from taskopt.kinematics.collision.model import Collision
 from taskopt.kinematics.collision.near import NearDistances
 from taskopt.kinematics.collision.step_bounds import Between, between
 from taskopt.kinematics.configuration import Configuration
-from taskopt.kinematics.limit.bound_distance import BoundDistance, Braking, Pair, braked
+from taskopt.kinematics.limit.bound_distance import BoundDistance, Braking, Pair, braked, largest_share
 
 
 class BoundNearDistance(BoundDistance):
@@ -83,7 +83,7 @@ class BoundNearDistance(BoundDistance):
         of.update_near(configuration)
         self.share[:] = self.share_beyond
         braking = np.empty((3, of.near.size))
-        settings = self.gain, self.dt
+        settings = self.gain, self.dt, self.turns
         brake_pairs(of.near, of.distance, of.gradient, listed, self.known, settings, braking, self.share)
         label = rows.label if rows.label.size else np.empty(len(self.pair_of_row))
         written = RowNumbers(rows.A, rows.lower, label)
@@ -154,29 +154,30 @@ def brake_pairs(near, distance, gradient, between, known, settings, braking, sha
         distance: d of all pairs, (P,) [m].
         gradient: ∇d of all pairs along the velocities, (P, nv).
         between: The velocities that change each distance.
-        known: (8, P), see `Pair`.
-        settings: Gain and Δt [s].
+        known: (9, P), see `Pair`.
+        settings: Gain; Δt [s]; and (nv,) True where a velocity turns.
         braking: (3, N) receives the lower bound of each row [m/s]; the s at which the row would bind at the
-            speeds s v̄; and the s that keeps the margin without a row, by a κ-th of the room a step. Beyond
-            the influence they are −inf, inf and inf.
+            speeds s v̄; and the s that keeps the margin without a row, by a κ-th of the room a step, or the
+            whole of it beyond the influence. They are −inf, inf and inf for a pair that needs no row.
         share: s of each velocity, (nv,), made smaller here.
     """
     for i in range(near.size):
         pair = near[i]
-        lower, s = braked(distance[pair], known[:, pair], settings)
+        lower, turning, sliding = braked(distance[pair], known[:, pair], settings[0], settings[1])
         steepest = 0.0
         for entry in range(between.start[pair], between.start[pair + 1]):
             k = between.column[entry]
-            share[k] = min(share[k], s)
+            share[k] = min(share[k], turning if settings[2][k] else sliding)
             steepest += abs(gradient[pair, k]) * between.speed[entry]
         braking[0, i], braking[1, i], braking[2, i] = lower, np.inf, np.inf
         if lower != -np.inf and steepest != 0.0:  # true of NaN, too, so that it is handed on and found
             braking[1, i] = -lower / steepest
             room = distance[pair] - known[Pair.MARGIN, pair]
             budget = max(settings[0] * room, CONTACT, -0.1 * room)
+            if distance[pair] >= known[Pair.INFLUENCE, pair]:
+                budget = room
             first = known[Pair.JUMP, pair] + settings[1] * steepest
-            root = np.sqrt(first * first + 4.0 * known[Pair.BEND, pair] * budget)
-            braking[2, i] = 2.0 * budget / (first + root)
+            braking[2, i] = largest_share(first, known[Pair.BEND, pair], budget)
 
 
 @kernel_apart

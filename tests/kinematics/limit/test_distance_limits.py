@@ -100,7 +100,12 @@ def attacked(start, bound, rng, ticks, honest=True):
 @pytest.mark.parametrize("dt", PERIODS)
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("planar3", beside_obstacle), ("panda", beside_obstacle), ("panda", beside_itself)],
+    [
+        ("planar3", beside_obstacle),
+        ("crane", beside_obstacle),
+        ("panda", beside_obstacle),
+        ("panda", beside_itself),
+    ],
 )
 def test_no_run_of_extreme_steps_breaks_the_margin(name, kind, dt):
     """d ≥ margin to 1e-9 m on every pair after every tick, of 2,000 and more in all; sliding included."""

@@ -9,6 +9,7 @@ from taskopt import Controller, DampingTask, JointVelocityLimit, PositionTask, R
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.geometry.shapes import Box, HalfSpace, Sphere
 from taskopt.kinematics.limit import ObstacleLimit, SelfCollisionLimit
+from taskopt.kinematics.limit.bound_distance import Pair
 from taskopt.kinematics.limit.moving_obstacles import Mover
 from taskopt.kinematics.pose import exp3, homogeneous
 from taskopt.kinematics.robot import planar_arm
@@ -80,7 +81,7 @@ def test_the_rate_of_the_distance_is_that_of_differences() -> None:
             plan.at(q, t)
             apart.append(plan.limits[0].distances.distance.copy())  # type: ignore[union-attr]
             if t == 0.2:
-                drift = plan.limits[0].known[6].copy()  # type: ignore[union-attr]
+                drift = plan.limits[0].known[Pair.DRIFT].copy()  # type: ignore[union-attr]
         np.testing.assert_allclose((apart[2] - apart[0]) / (2.0 * h), drift, atol=1e-4)
         assert np.abs(drift).max() > 0.1
 
@@ -200,7 +201,7 @@ def test_pairs_can_have_margins_of_their_own() -> None:
     assert found["panda_link0 – panda_hand"] == 0.05
     assert found["panda_link1 – panda_hand"] == 0.03
     assert found["panda_link0 – panda_link5"] == 0.01
-    np.testing.assert_allclose(bound.known[5] - bound.margins, 0.04)
+    np.testing.assert_allclose(bound.known[Pair.INFLUENCE] - bound.margins, 0.04)
     with pytest.raises(UnknownName, match="no link or obstacle named 'panda_elbow'"):
         SelfCollisionLimit(margins={"panda_elbow": 0.1}).bind(panda, DT)
     with pytest.raises(InvalidValue, match="margin of panda_hand must be ≥ 0"):

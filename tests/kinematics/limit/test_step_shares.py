@@ -10,15 +10,20 @@ from taskopt.kinematics.limit.bound_distance import approach_into
 from taskopt.kinematics.robot import planar_arm
 
 MARGIN, INFLUENCE, DT = 0.01, 0.1, 1e-3
-TRAVEL, JUMP, BEND, RESERVE = 0.02, 0.003, 0.001, 0.005
+TRAVEL, JUMP, BEND, SLIDE, RESERVE = 0.02, 0.003, 0.001, 0.0004, 0.005
+
+
+def rows_of(distance: float, slide: float) -> tuple[float, float, float]:
+    """Return the lower bound of one pair's row, and the shares of a turning and of a sliding joint."""
+    known = np.array([[TRAVEL, JUMP, BEND, slide, RESERVE, MARGIN, INFLUENCE, 0.0, 0.0]]).T
+    A, lower, share, settings = np.zeros((1, 2)), np.zeros(1), np.zeros(2), (1.0, DT, np.array([True, False]))
+    approach_into(np.array([distance]), np.ones((1, 2)), np.ones((1, 2)), known, settings, A, lower, share)
+    return float(lower[0]), float(share[0]), float(share[1])
 
 
 def row_of(distance: float) -> tuple[float, float]:
-    """Return the lower bound of one pair's row, and the share of its one velocity."""
-    known = np.array([[TRAVEL], [JUMP], [BEND], [RESERVE], [MARGIN], [INFLUENCE], [0.0], [0.0]])
-    A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
-    approach_into(np.array([distance]), np.ones((1, 1)), np.ones((1, 1)), known, (1.0, DT), A, lower, share)
-    return float(lower[0]), float(share[0])
+    """Return the lower bound of the row of a pair without sliding joints, and the share of its joint."""
+    return rows_of(distance, 0.0)[:2]
 
 
 def test_a_pair_at_its_margin_may_lose_no_more_than_rounding() -> None:
@@ -40,6 +45,49 @@ def test_a_far_pair_may_lose_its_whole_room() -> None:
     lower, s = row_of(0.3)
     assert lower == -np.inf
     assert s * TRAVEL + s * s * BEND == pytest.approx(0.3 - MARGIN)
+
+
+@pytest.mark.parametrize("room", [0.091, 0.095])
+def test_a_pair_beyond_the_influence_has_a_row_where_a_step_could_reach_its_margin(room: float) -> None:
+    """Its row and what a step loses besides spend the room, and no joint is slowed down for it."""
+    known = np.array([[0.1, JUMP, BEND, 0.0, RESERVE, MARGIN, INFLUENCE, 0.0, 0.0]]).T
+    A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
+    settings = (1.0, DT, np.array([True]))
+    approach_into(np.array([MARGIN + room]), np.ones((1, 1)), np.ones((1, 1)), known, settings, A, lower, share)
+    assert A[0, 0] == 1.0
+    assert -lower[0] * DT + JUMP + BEND == pytest.approx(room)
+    assert share[0] == pytest.approx(1.0)
+
+
+def test_a_pair_beyond_the_influence_that_may_lose_more_than_its_room_keeps_half_of_it() -> None:
+    """Where a step may lose more than half of the room besides, the row and the loss have a half each."""
+    known = np.array([[0.5, 0.06, 0.02, 0.0, RESERVE, MARGIN, INFLUENCE, 0.0, 0.0]]).T
+    A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
+    settings = (1.0, DT, np.array([True]))
+    approach_into(np.array([0.11]), np.ones((1, 1)), np.ones((1, 1)), known, settings, A, lower, share)
+    assert -lower[0] * DT == pytest.approx(0.05)
+    assert share[0] * 0.06 + share[0] ** 2 * 0.02 == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("distance", [MARGIN, MARGIN + 0.005, MARGIN + 0.03, MARGIN + 0.07])
+def test_a_slide_keeps_its_speed_where_turning_joints_are_slow(distance: float) -> None:
+    """With slides at full speed, turning joints lose s (jump + slide) + s² (bend − slide) at most."""
+    lower, turning, sliding = rows_of(distance, SLIDE)
+    allowed = max(distance - MARGIN + lower * DT, 1e-9)
+    if turning < 1.0:
+        assert sliding == 1.0
+        assert turning * (JUMP + SLIDE) + turning**2 * (BEND - SLIDE) == pytest.approx(allowed, rel=1e-6)
+    else:
+        assert turning == sliding
+        assert turning * JUMP + turning**2 * BEND == pytest.approx(allowed)
+
+
+def test_shares_of_slides_and_of_turning_joints_meet_at_the_nominal_speeds() -> None:
+    """Where a step at the nominal speeds loses exactly what its row leaves, both shares are 1."""
+    reserve = MARGIN + JUMP + BEND  # within the reserve the row allows no approach
+    _, turning, sliding = rows_of(reserve * (1.0 - 1e-12), SLIDE)
+    assert turning == pytest.approx(1.0)
+    assert sliding == pytest.approx(1.0)
 
 
 def test_the_reserve_has_room_for_more_than_a_full_step() -> None:
