@@ -84,15 +84,16 @@ class BoundDistance(RowLimit, BoundLimit):
     """Rows ∇d·v ≥ −κ (d − d_s)/Δt for the pairs nearer than the influence, and bounds on the velocities.
 
     Pairs beyond the influence do not brake. Only where a step at the nominal speeds could reach their margin,
-    they have a row that leaves of d − margin what such a step may lose besides, or half of it if that is less.
+    they have a row, which leaves of d − margin what such a step may lose besides, but at most half of it.
 
     If every |v_k| ≤ s v̄_k, an Euler step changes d by Δt ∇d·v less a loss of at most s · jump + s² · bend
     (`step_losses`). d_s = margin + reserve. The reserve is jump + 2 bend, which exceeds the loss for s = 1,
     but it is at most half of the way from margin to influence.
 
     The bounds |v_k| ≤ s v̄_k use the largest s for which no pair loses more than its row leaves above the
-    margin. A sliding joint alone loses nothing: where s < 1, s is that of the turning joints with sliding
-    ones at their nominal speeds, so that a lift is not slowed down beside a link that touches. They ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
+    margin. A sliding joint alone loses nothing: where s < 1, it is that of the turning joints with sliding
+    ones at their nominal speeds, so that a lift is not slowed down beside a link that touches. The bounds
+    ensure that d ≥ margin stays true in every step, whatever other limits there are. They bind
     only at distances within the reserve, or where Δt is long. All rows and bounds allow v = 0.
 
     Args:

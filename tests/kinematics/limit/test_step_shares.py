@@ -48,12 +48,13 @@ def test_a_far_pair_may_lose_its_whole_room() -> None:
 
 
 @pytest.mark.parametrize("room", [0.091, 0.095])
-def test_a_pair_beyond_the_influence_has_a_row_where_a_step_could_reach_its_margin(room: float) -> None:
+def test_a_pair_beyond_the_influence_has_a_row_where_a_step_could_reach_the_margin(room: float) -> None:
     """Its row and what a step loses besides spend the room, and no joint is slowed down for it."""
     known = np.array([[0.1, JUMP, BEND, 0.0, RESERVE, MARGIN, INFLUENCE, 0.0, 0.0]]).T
     A, lower, share = np.zeros((1, 1)), np.zeros(1), np.zeros(1)
     settings = (1.0, DT, np.array([True]))
-    approach_into(np.array([MARGIN + room]), np.ones((1, 1)), np.ones((1, 1)), known, settings, A, lower, share)
+    one = np.ones((1, 1))
+    approach_into(np.array([MARGIN + room]), one, one, known, settings, A, lower, share)
     assert A[0, 0] == 1.0
     assert -lower[0] * DT + JUMP + BEND == pytest.approx(room)
     assert share[0] == pytest.approx(1.0)
