@@ -96,8 +96,9 @@ def damp_free(
         arrangement: Kinds and places of its rows.
         x: (n,) the answer.
         state: (n + M,) its active set.
-        stops: See `Stops`. With a speed above 0, limits on positions hold a joint that they allow no more
-            than that speed, or than ‖x‖ if that is larger; with 0 only where they are active.
+        stops: See `Stops`. Limits on positions hold a joint where they are active. With a speed above 0, and
+            if a limit on speed is active, they hold a joint, too, that they allow no more than that speed, or
+            than ‖x‖ if that is larger.
         held: (n + M₀,) 1 for each unknown, and each of the M₀ hard rows, that held at the last call, else 0;
             overwritten by those of this one. Any other number stands for no last call.
         dt: Δt [s].
@@ -161,11 +162,16 @@ def _mark_held(
                 lower[j] = -np.inf
             if box[3, j] == owner:
                 upper[j] = np.inf
+    stands, hurries = np.zeros(n, np.bool_), False
+    for j in range(n):
+        stands[j] = box[0, j] == box[1, j] or (
+            (state[j] < 0 and lower[j] > base[j]) or (state[j] > 0 and upper[j] < base[n + j])
+        )
+        hurries |= state[j] != 0 and not stands[j]
     near = near_limits(lower, upper, base, max(speed, np.sqrt(np.dot(x, x))))
     for j in range(n + problem.offsets[1]):
         if j < n:
-            stands = (state[j] < 0 and lower[j] > base[j]) or (state[j] > 0 and upper[j] < base[n + j])
-            holds = stands or box[0, j] == box[1, j] or (speed > 0.0 and near[j])
+            holds = stands[j] or (hurries and speed > 0.0 and near[j])
         else:
             holds = state[j] != 0 or problem.lower[j - n] == problem.upper[j - n]
         changed |= held[j] != (1 if holds else 0)

@@ -3,8 +3,9 @@
     undamped answer ─▶ may a level be near a loss of rank? ─▶ first solve: ε I in such levels
       ─▶ directions of the joints that are free at the damped answer ─▶ solve ─▶ again until they are the same
 
-The first solve says which limits hold the robot. The undamped answer cannot: where a level has lost its rank,
-the active set of that answer is full of limits on velocity. Limits that do not depend on the posture are
+The first solve says which limits hold the robot. The undamped answer cannot where a level has lost its rank:
+the active set of that answer is full of limits on velocity then, and limits on positions that are near count
+as well. Limits that do not depend on the posture are
 never taken to hold a joint, since they stop no robot at rest. If the undamped answer leaves nothing to damp,
 the answer of the tick before is asked, and then the undamped answer without the limits that are near it only:
 else single undamped ticks throw a robot that rests.
