@@ -16,9 +16,10 @@ nothing else is set; `--fast` is ten times the gain and a tenth of Δt. A sixth 
 A run lasts 10 s. In its last second the largest change of a velocity from tick to tick is below 1e-3 in 95 %
 of the runs of a robot, and below 0.05 in all. The error at the end, with the weights of the task, is at most
 1.05 times that of the local optimum within the limits of joints that SciPy's L-BFGS-B finds from there, or at
-most 0.1 mm or mrad more. A line search may leap out of the basin, so that the optimum is that of Newton's
-method where the derivatives at the end, by finite differences, say that it is a local optimum to second order.
-Limits on distances are not in that problem, so that it is compared for the first four kinds only.
+most 0.1 mm or mrad more. A line search may leap out of the basin: where it ends more than 1 rad away, but
+derivatives by finite differences say that the run ended near a local optimum of second order, a step of
+Newton's method leads to the optimum instead. Limits on distances are not in that problem, so that errors are
+compared for the first four kinds only.
 """
 
 import os
@@ -60,6 +61,7 @@ ROBOTS = ("panda", "ur10", "tiago_dual", "talos")
 SECONDS, GAIN, PERIOD = 10.0, 5.0, 0.01  # [s], [1/s], [s]
 STILL, LARGEST, SHARE, WORSE = 1e-3, 0.05, 0.95, 1.05
 SMALL_ERROR = 1e-4  # [m, rad] by which an error may be larger than the best in any case
+LEAP = 1.0  # [rad, m] from where a run ends, beyond which another optimum may have been found
 AT_LIMIT = 1e-6  # [rad, m] at which a joint counts as at its limit
 DIFFERENCE = 1e-4  # [rad, m] steps of finite differences
 FLAT = 1e-6  # least eigenvalue of a Hessian that is more than the error of the differences
@@ -142,6 +144,11 @@ def target(robot: Robot, frame: str, kind: str, rng: np.random.Generator) -> tup
     return pose, []
 
 
+def drawn(name: str, kind: str, seed: int) -> tuple[str, np.random.Generator]:
+    """Return the kind of a target, and the numbers from which it is drawn."""
+    return kind, np.random.default_rng([ROBOTS.index(name), KINDS.index(kind), seed])
+
+
 def best_error(robot: Robot, frame: str, pose: Array, q: Array) -> float:
     """Return the error of the local optimum that SciPy finds from q, within the limits of the joints."""
 
@@ -151,15 +158,16 @@ def best_error(robot: Robot, frame: str, pose: Array, q: Array) -> float:
 
     bounds = list(zip(robot.position_lower, robot.position_upper, strict=True))
     inside = np.clip(q, robot.position_lower, robot.position_upper)
-    decrease = newton_decrease(robot, cost, inside)
-    if decrease is not None:
-        return float(np.sqrt(max(cost(inside) - decrease, 0.0)))
     found = minimize(cost, inside, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-15, "gtol": 1e-10})
-    return float(np.sqrt(min(found.fun, cost(inside))))
+    best = min(found.fun, cost(inside))
+    if np.abs(found.x - inside).max() > LEAP:
+        decrease = newton_decrease(robot, cost, inside)
+        best = best if decrease is None else max(cost(inside) - decrease, 0.0)
+    return float(np.sqrt(best))
 
 
 def newton_decrease(robot: Robot, cost: Callable[[Array], float], q: Array) -> float | None:
-    """Return by how much Newton's method lowers a cost from q to the local optimum, or None if q is not near one.
+    """Return by how much Newton's method lowers a cost from q to a local optimum, None if none is near.
 
     Joints at a limit, against which the cost pushes them, are held. The Hessian of the others must not be
     negative in any direction, and the gradient zero where it is.
@@ -187,8 +195,7 @@ def error_of(actual: Array, desired: Array) -> Array:
 def outcome(name: str, kind: str, seed: int, gain: float, dt: float) -> Outcome:
     """Run one target."""
     robot, q, frame = subject(name)
-    rng = np.random.default_rng([ROBOTS.index(name), KINDS.index(kind), seed])
-    pose, limits = target(robot, frame, kind, rng)
+    pose, limits = target(robot, frame, *drawn(name, kind, seed))
     around = [JointPositionLimit(), JointVelocityLimit(), *limits]
     stack = Stack([[FrameTask(frame, target=pose, gain=gain)], [JointTask()]], around)
     control, v, jumps = Controller(robot, stack, dt=dt), np.zeros(robot.nv), []

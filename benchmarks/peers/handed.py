@@ -86,6 +86,7 @@ def hand_over(case: cases.BenchmarkCase) -> Path:
         "hand": case.frame,
         "hard": "h" in case.name,
         "dt": cases.DT,
+        "gain": cases.GAIN * cases.DT,
         "damping": cases.DAMPING,
         "kappa": cases.POSITION_GAIN,
         "weights": weights,
@@ -99,6 +100,12 @@ def hand_over(case: cases.BenchmarkCase) -> Path:
     robots = distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
     _write_bare(Path(str(robots)) / SHIPPED[robot.name], folder / "robot.urdf", told["speeds"])
     return folder
+
+
+def retimed(folder: Path, dt: float, gain: float) -> None:
+    """Give a case that was handed over another period [s], and another share of the error per tick."""
+    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    (folder / "case.json").write_text(json.dumps({**case, "dt": dt, "gain": gain}), encoding="utf-8")
 
 
 def hand_over_rows(problems: Sequence[Hierarchy]) -> Path:

@@ -16,6 +16,8 @@ import mujoco  # pyright: ignore[reportMissingImports]
 import numpy as np
 from served import RATIO, DeclaredRows, Made, one_sided, serve, stated
 
+FAILURE = mink.MinkError
+
 
 def loaded(case) -> mujoco.MjModel:
     """MuJoCo's model of the robot; frames stay bodies of their own."""
@@ -50,7 +52,7 @@ def stack(case: SimpleNamespace) -> Made:
     model = loaded(case)
     configuration = started(case, model)
     cost = {name: float(np.sqrt(weight)) for name, weight in case.weights.items()}
-    hand = mink.FrameTask(case.hand, "body", cost["hand"], cost["hand"])
+    hand = mink.FrameTask(case.hand, "body", cost["hand"], cost["hand"], gain=case.gain)
     feet = [mink.FrameTask(foot, "body", cost["feet"], cost["feet"]) for foot in case.feet]
     balance = [mink.ComTask(cost=cost["centre of mass"])] if case.base else []
     posture = mink.PostureTask(model, cost=cost["posture"])
@@ -61,12 +63,13 @@ def stack(case: SimpleNamespace) -> Made:
     poses = [mink.SE3.from_matrix(pose) for pose in case.poses]
     constraints = feet if case.hard else None
 
-    def tick(i: int) -> None:
+    def tick(i: int) -> np.ndarray:
         hand.set_target(poses[i])
         v = mink.solve_ik(
             configuration, tasks, case.dt, case.solver, case.damping, limits=limits, constraints=constraints
         )
         configuration.integrate_inplace(v, case.dt)
+        return v
 
     return f"mink {case.solver}", tick
 
@@ -107,4 +110,4 @@ def rows(problems: list[SimpleNamespace], solver: str) -> Made:
 
 
 if __name__ == "__main__":
-    serve(stack, rows, mink.MinkError)
+    serve(stack, rows, FAILURE)

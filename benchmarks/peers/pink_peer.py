@@ -17,6 +17,8 @@ from pink.limits import ConfigurationLimit, Limit, VelocityLimit
 from pink.tasks import ComTask, FrameTask, PostureTask, Task
 from served import RATIO, DeclaredRows, Made, one_sided, serve, stated
 
+FAILURE = PinkError
+
 
 class Stack:
     """A case in pink, through its documented loop.
@@ -35,7 +37,7 @@ class Stack:
             q[model.joints[model.getJointId(joint)].idx_q] = angle
         self.configuration = pink.Configuration(model, model.createData(), q)
         cost = {name: float(np.sqrt(weight)) for name, weight in case.weights.items()}
-        self.hand = FrameTask(case.hand, cost["hand"], cost["hand"])
+        self.hand = FrameTask(case.hand, cost["hand"], cost["hand"], gain=case.gain)
         feet = [FrameTask(foot, cost["feet"], cost["feet"]) for foot in case.feet]
         balance = [ComTask(cost=cost["centre of mass"])] if case.base else []
         self.constraints = feet if case.hard else []
@@ -57,10 +59,12 @@ class Stack:
             constraints=self.constraints or None,
         )
 
-    def tick(self, i: int) -> None:
-        """Do one tick."""
+    def tick(self, i: int) -> np.ndarray:
+        """Do one tick, and return its velocity."""
         self.hand.set_target(self.poses[i])
-        self.configuration.integrate_inplace(self.velocity(), self.case.dt)
+        v = self.velocity()
+        self.configuration.integrate_inplace(v, self.case.dt)
+        return v
 
     def velocity_at(self, q: np.ndarray, i: int) -> np.ndarray:
         """Return its answer at another posture, (nv,) [rad/s, m/s]; this is not timed."""
@@ -109,4 +113,4 @@ def rows(problems: list[SimpleNamespace], solver: str) -> Made:
 
 
 if __name__ == "__main__":
-    serve(stack, rows, PinkError)
+    serve(stack, rows, FAILURE)
