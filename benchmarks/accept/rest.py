@@ -10,7 +10,7 @@ nothing else is set; `--fast` is ten times the gain and a tenth of Δt. A sixth 
     blocked      the pose at a posture beyond the limits of joints
     out          a reachable pose moved by 0.3 to 1.5 m
     stretched    the pose at a posture that reaches as far as it can in a random direction
-    obstacle     a reachable pose in a ball that the robot must not touch
+    obstacle     a reachable pose in a ball that the robot must not touch, and does not at the start
     self         a reachable pose moved towards the base, with a limit on self-collision
 
 A run lasts 10 s. In its last second the largest change of a velocity from tick to tick is below 1e-3 in 95 %
@@ -54,6 +54,7 @@ from taskopt import (
 )
 from taskopt.arrays import Array
 from taskopt.kinematics.limit import Limit
+from taskopt.kinematics.limit.bound_distance import BoundDistance
 from taskopt.kinematics.pose import log6
 
 KINDS = ("reachable", "blocked", "out", "stretched", "obstacle", "self")
@@ -116,8 +117,26 @@ def subject(name: str) -> tuple[Robot, Array, str]:
     return robot, half, "arm_right_7_link"
 
 
-def target(robot: Robot, frame: str, kind: str, rng: np.random.Generator) -> tuple[Array, list[Limit]]:
+def target(name: str, kind: str, seed: int) -> tuple[Array, list[Limit]]:
     """Return a target pose, and the limits that block it."""
+    rng = np.random.default_rng([ROBOTS.index(name), KINDS.index(kind), seed])
+    robot, start, frame = subject(name)
+    while True:
+        pose, limits = drawn(robot, frame, kind, rng)
+        if kind != "obstacle" or clearance(limits[0], Configuration(robot, start)) > 0.0:
+            return pose, limits
+
+
+def clearance(limit: Limit, at: Configuration) -> float:
+    """Return the least distance of a robot from the obstacles of a limit [m]."""
+    bound = limit.bind(at.robot, PERIOD)
+    assert isinstance(bound, BoundDistance)
+    bound.distances.update(at)
+    return float(bound.distances.distance.min())
+
+
+def drawn(robot: Robot, frame: str, kind: str, rng: np.random.Generator) -> tuple[Array, list[Limit]]:
+    """Draw a target pose, and the limits that block it."""
     lower, upper = np.maximum(robot.position_lower, -np.pi), np.minimum(robot.position_upper, np.pi)
     if kind == "blocked":
         beyond = 0.2 * (upper - lower)
@@ -142,11 +161,6 @@ def target(robot: Robot, frame: str, kind: str, rng: np.random.Generator) -> tup
         pose[:3, 3] *= 0.3
         return pose, [SelfCollisionLimit()]
     return pose, []
-
-
-def drawn(name: str, kind: str, seed: int) -> tuple[str, np.random.Generator]:
-    """Return the kind of a target, and the numbers from which it is drawn."""
-    return kind, np.random.default_rng([ROBOTS.index(name), KINDS.index(kind), seed])
 
 
 def best_error(robot: Robot, frame: str, pose: Array, q: Array) -> float:
@@ -195,7 +209,7 @@ def error_of(actual: Array, desired: Array) -> Array:
 def outcome(name: str, kind: str, seed: int, gain: float, dt: float) -> Outcome:
     """Run one target."""
     robot, q, frame = subject(name)
-    pose, limits = target(robot, frame, *drawn(name, kind, seed))
+    pose, limits = target(name, kind, seed)
     around = [JointPositionLimit(), JointVelocityLimit(), *limits]
     stack = Stack([[FrameTask(frame, target=pose, gain=gain)], [JointTask()]], around)
     control, v, jumps = Controller(robot, stack, dt=dt), np.zeros(robot.nv), []

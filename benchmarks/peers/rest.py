@@ -66,11 +66,9 @@ def main() -> None:
     parser.add_argument("--peers", type=Path, required=True)
     parser.add_argument("--targets", type=int, default=200, help="of which the first four kinds are run")
     options = parser.parse_args()
-    robot, _, frame = ours.subject("panda")
     jobs = [(ours.KINDS[i % len(ours.KINDS)], i) for i in range(options.targets)]
     jobs = [(kind, i) for kind, i in jobs if kind in KINDS]
-    drawn = [ours.drawn("panda", kind, i) for kind, i in jobs]
-    case, folder = handed([ours.target(robot, frame, *one)[0] for one in drawn])
+    case, folder = handed([ours.target("panda", kind, i)[0] for kind, i in jobs])
     tables = []
     for name in sorted(installed(options.peers).keys() & set(NAMES)):
         script, solver = PEERS[name].script, PEERS[name].solvers[0]
