@@ -29,6 +29,7 @@ _CERTIFICATE = "hierarchy/certificate.py"
 _SEARCH = "resolver/active_set/search.py"
 _START = "resolver/active_set/start.py"
 _LEXLS = "resolver/active_set/lexls.py"
+_CYCLES = "resolver/active_set/cycles.py"
 _TICK = "resolver/active_set/tick.py"
 _FAST = "resolver/active_set/fast_path.py"
 _FRAME = "kinematics/task/frame_kernel.py"
@@ -133,13 +134,21 @@ _OF_SEARCH = (
         "return Outcome.CONTRADICTION\n    return",
         "return Outcome.SOLVED\n    return",
     ),
-    _constant("multipliers count from 1e4 times larger on", "SEARCH_SIGN", "1e-13", "1e-9"),
+    _constant("multipliers count from 1e4 times larger on", "SEARCH_SIGN", "1e-14", "1e-10"),
     _constant("rows may be violated 1e4 times more", "SEARCH_FEASIBLE", "1e-12", "1e-8"),
     Fault(
         "no start without the guess",
         _TICK,
-        "if outcome == Outcome.ITERATION_LIMIT or (",
+        "if outcome in (Outcome.ITERATION_LIMIT, Outcome.CYCLED) or (",
         "if outcome != outcome or (outcome != outcome and ",
+    ),
+    Fault("a cycle is not seen", _CYCLES, "same &= seen[j] == mark", "same &= seen[j] == mark + 16"),
+    Fault("every second drop looks like a cycle", _CYCLES, "same &= seen[j] == mark", "same &= drops > 1"),
+    Fault(
+        "no further search after a cycle",
+        "resolver/active_set/resolver.py",
+        "elif outcome == Outcome.CYCLED and search",
+        "elif outcome == Outcome.NOT_FINITE and search",
     ),
     Fault(
         "an answer that misses its KKT conditions is claimed",
@@ -185,6 +194,18 @@ _OF_LEXLS = (
         _LEXLS,
         "value, sum_of = -gradient[r0 + p], magnitude[r0 + p]",
         "value, sum_of = gradient[r0 + p], magnitude[r0 + p]",
+    ),
+    Fault(
+        "rounding does not grow on its way to a multiplier",
+        _LEXLS,
+        "for q in range(p, end):",
+        "for q in range(p, p + 1):",
+    ),
+    Fault(
+        "the coarse search keeps rounding of dependent rows",
+        _LEXLS,
+        "if rounding > 0.0:",
+        "if rounding < 0.0:",
     ),
     Fault(
         "multipliers count as zero by the size that decides ranks",

@@ -307,8 +307,8 @@ although the optimum lies inside.
 
 # --- Active set: search ---------------------------------------------------------------------------------
 
-SEARCH_SIGN = 1e-13
-"""Multiplier, relative to the sum of the magnitudes that it is the difference of, that counts as not zero.
+SEARCH_SIGN = 1e-14
+"""Multiplier, relative to its terms, that counts as not zero; its rounding error is some 1e-16 of them.
 
 Smaller: rounding decides which row is dropped, and the search wanders or cycles. Larger: near a singularity a
 small but true multiplier is ignored, and the answer stays away from the optimum.

@@ -48,7 +48,7 @@ from taskopt.log.quick import compile_copy
 from taskopt.loop.batch.controller import BatchController
 from taskopt.loop.controller import Controller
 from taskopt.loop.pose.solver import PoseSolver
-from taskopt.resolver.active_set.resolver import ActiveSet, search_coarsely
+from taskopt.resolver.active_set.resolver import ActiveSet, search_further
 
 _CLOSED_FORMS = "pinv", "dls/chiaverini"
 _LENGTHS = (0.4, 0.4, 0.4, 0.4)  # [m]
@@ -77,7 +77,7 @@ def warm_up() -> None:
     problem = Hierarchy([Level([[1.0], [1.0]], [0.0, 1.0])])
     size, width = problem.layout.answer_size, problem.layout.width
     for robot, stack in islice(_stacks(), 1):
-        search_coarsely(problem, np.empty(size), np.empty(width, np.int8))  # seldom, and then within a tick
+        search_further(problem, np.empty(size), np.empty(width, np.int8))  # seldom, and then within a tick
         for resolver in (*solvers, *_CLOSED_FORMS):
             resolution = Controller(robot, stack, resolver).step(_START, 0.001)
             resolution.kkt_met()  # its multipliers are found when they are asked for

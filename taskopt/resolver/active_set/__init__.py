@@ -30,6 +30,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
         if they are too large: once more from the empty W, certify again                               [c]
         if they still are, or rows of W nearly depend on each other:
             x ← enclosure of the optimum that W leads to             resolver.take_enclosed            [k]
+        if there is no answer yet: without haste; then coarsely              resolver.search_further   [m]
 
     search(W):                                                    E Sect. 5, Algorithm 6
         scale rows by √w and unknowns by √W                                      search._scaled
@@ -53,6 +54,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
             else: of the first level with a wrong sign, drop the worst row from W
                                                      E Sect. 5, D Sect. 2        search._row_to_drop   [h]
                   if no sign is wrong: done; infeasible if a hard row keeps a residual
+                  if W and the locks have been here before: this search cycles, give it up cycles.repeats [l]
 
 A member of W may stay if its own residual, then its multiplier at each later level, is lexicographically
 positive on its side. To drop several rows at once, or at a later level than the first wrong one, makes the
@@ -71,11 +73,16 @@ rows, one ends elsewhere without it):
     [e] true bounds      the perturbation is taken out of the answer
     [f] joint start      all rows that the first point violates join W at once; E adds them one by one
     [g] lock             a row that was dropped and blocks the next step at once stays until x moves
-    [h] rounding bound   a multiplier counts from SEARCH_SIGN times the sum of its terms, not from zero
+    [h] rounding bound   a multiplier counts from SEARCH_SIGN times its terms, not from zero: the magnitudes
+                         that it is the difference of, times |L⁻ᵀ|, by which rounding grows on the way to it
     [i] other bound      a two-sided row that is dropped beyond its other bound is held there
     [j] second fit       an x that misses its KKT conditions gets other multipliers, found for it
     [k] enclosure        where digits are lost, x comes from the double-double numbers of a proof
+    [l] cycles           a search that stands where it stood before is given up at once
+    [m] last searches    without an answer, a search has many factorisations with the true bounds; in the next
+                         ones, multipliers that no certificate can tell from rounding are zero, and so is
+                         what is left of rows that depend on the levels before
 
-Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `fast_path`, `linalg`, `tick`,
-`resolver`.
+Reading order: `workspace` (records and codes), `search`, `lexls`, `start`, `cycles`, `fast_path`, `linalg`,
+`tick`, `resolver`.
 """

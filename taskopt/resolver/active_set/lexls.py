@@ -15,6 +15,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.tolerances import LOST
 from taskopt.jit import kernel, kernel_apart
+from taskopt.resolver.active_set.linalg import copy_into
 from taskopt.resolver.active_set.workspace import Count, Factor, Held, LevelMultipliers, LevelSolution
 
 
@@ -44,11 +45,14 @@ def new_factor(rows: int, levels: int, state: StateArray, n: int) -> Factor:
         np.empty((rows, f)),
         np.empty((f, f)),
         np.empty(f),
+        np.empty((f, f)),
     )
 
 
 @kernel_apart
-def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, factor: Factor) -> None:
+def factorise(
+    A: Array, scale: Array, offsets: IntArray, state: StateArray, rounding: float, factor: Factor
+) -> None:  # fmt: skip
     """Factorise the rows of W on the free unknowns, A = L Qᵀ, level by level.
 
     Inside a level the row with the largest remainder is the next pivot. The remainder of a row is its part
@@ -61,6 +65,8 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
         scale: (M,) size of each row for the decision of rank.
         offsets: (levels + 1,) first row of each level, the hard rows first.
         state: (n + M,) `Held` of each unknown and row; those that are not FREE are in W.
+        rounding: If it is not 0, what is left of a row that depends on the levels before its own is taken
+            for rounding, and set to zero.
         factor: The factorisation, filled here.
     """
     n, f, levels = A.shape[1], factor.free.size, offsets.size - 1
@@ -77,6 +83,8 @@ def factorise(A: Array, scale: Array, offsets: IntArray, state: StateArray, fact
     starts[levels] = count
     for k in range(levels):
         factor.ranks[k] = rank
+        if rounding > 0.0:
+            _clear_dependent(L, scale, order, starts[k], starts[k + 1], rank)
         top = starts[k]
         for _ in range(starts[k + 1] - starts[k]):
             if rank == f:
@@ -106,6 +114,21 @@ def _largest_remainder(L: Array, scale: Array, order: IntArray, first: int, stop
         if remainder > LOST * scale[order[a]] and remainder > best:
             best, pivot = remainder, a
     return pivot
+
+
+@kernel
+def _clear_dependent(L: Array, scale: Array, order: IntArray, first: int, stop: int, rank: Count) -> None:
+    """Set to zero what is left, from column `rank` on, of the rows of a level that depend on levels before.
+
+    Times a large residual of such a row, rounding would move the weak directions of the level.
+    """
+    for a in range(first, stop):
+        squared = 0.0
+        for c in range(rank, L.shape[1]):
+            squared += L[a, c] * L[a, c]
+        if np.sqrt(squared) <= LOST * scale[order[a]]:
+            for c in range(rank, L.shape[1]):
+                L[a, c] = 0.0
 
 
 @kernel
@@ -154,6 +177,25 @@ def _reflect(L: Array, reflectors: Array, beta: Array, top: int, count: Count, r
     L[top, rank] = alpha
     for c in range(rank + 1, f):
         L[top, c] = 0.0
+
+
+@kernel
+def invert_pivots(factor: Factor) -> None:
+    """Compute the inverse of the rows of L that are pivots, which is how rounding grows in multipliers.
+
+    Args:
+        factor: The factorisation that `factorise` filled; its `inverse` is filled here.
+    """
+    L, inverse, levels = factor.L, factor.inverse, factor.ranks.size - 1
+    for k in range(levels):
+        for q in range(factor.ranks[k], factor.ranks[k + 1]):
+            a = factor.starts[k] + q - factor.ranks[k]
+            for p in range(q):
+                total = 0.0
+                for c in range(p, q):
+                    total += L[a, c] * inverse[p, c]
+                inverse[p, q] = -total / L[a, q]
+            inverse[q, q] = 1.0 / L[a, q]
 
 
 @kernel_apart
@@ -299,11 +341,10 @@ def multipliers_of_level(
     for j in range(value_of.size):
         value_of[j] = 0.0
         terms_of[j] = 0.0
-    gradient, magnitude = np.zeros(f), np.zeros(f)
+    gradient, magnitude, rounding = np.zeros(f), np.zeros(f), np.empty(f)
     if k == levels:
-        for c in range(f):
-            gradient[c] = solution.z[c]
-            magnitude[c] = abs(solution.z[c])
+        copy_into(gradient, solution.z)
+        copy_into(magnitude, np.abs(solution.z))
     else:
         for a in range(starts[k] + ranks[k + 1] - ranks[k], starts[k + 1]):
             residual, terms = solution.residual[a], solution.terms[a]
@@ -319,14 +360,28 @@ def multipliers_of_level(
             for b in range(p + 1, rank):
                 value -= L[first + b, r0 + p] * value_of[n + order[first + b]]
                 sum_of += size[order[first + b]] * abs(value_of[n + order[first + b]])
-            value_of[n + order[first + p]] = value / L[first + p, r0 + p]
-            terms_of[n + order[first + p]] = sum_of / abs(L[first + p, r0 + p])
+            multiplier, i = value / L[first + p, r0 + p], order[first + p]
+            value_of[n + i] = multiplier
+            rounding[r0 + p] = sum_of + size[i] * abs(multiplier)
         for p in range(rank):
             multiplier = value_of[n + order[first + p]]
             for c in range(r0):
                 gradient[c] += multiplier * L[first + p, c]
                 magnitude[c] += abs(multiplier) * size[order[first + p]]
+    _terms_of_pivots(factor, min(k, levels - 1), rounding, n, terms_of)
     _box_multipliers(A, size, factor, state, x, k, out)
+
+
+@kernel
+def _terms_of_pivots(factor: Factor, k: int, rounding: Array, n: int, terms: Array) -> None:
+    """Fill the terms of the pivots of levels 0 to k: the rounding of their equations times |L⁻ᵀ|."""
+    end = factor.ranks[k + 1]
+    for j in range(k + 1):
+        for p in range(factor.ranks[j], factor.ranks[j + 1]):
+            total = 0.0
+            for q in range(p, end):
+                total += abs(factor.inverse[p, q]) * rounding[q]
+            terms[n + factor.order[factor.starts[j] + p - factor.ranks[j]]] = total
 
 
 @kernel

@@ -40,8 +40,15 @@ _STATUS = {
     Outcome.NOT_FINITE: Status.FAILED,
     Outcome.KKT_MISSED: Status.FAILED,
     Outcome.NEARLY_DEPENDENT: Status.SOLVED,
+    Outcome.CYCLED: Status.FAILED,
 }
 _TO_ENCLOSE = (Outcome.KKT_MISSED, Outcome.NEARLY_DEPENDENT, Outcome.CONTRADICTION)
+LAST_SEARCH_LIMIT = 1000  # factorisations of each search that follows one without an answer
+_FURTHER_SEARCHES = (  # factorisations with the true bounds, and the share up to which multipliers are zero
+    (LAST_SEARCH_LIMIT, 0.0),
+    (1, CERTIFICATE_ROUNDING),
+    (FIRST_SEARCH_LIMIT, CERTIFICATE_ROUNDING),
+)
 _run_tick = LazyTick()
 
 
@@ -108,7 +115,8 @@ def resolution_of(
     enclosure of the optimum that the working set leads to. If there is none and the answer misses its KKT
     conditions, other multipliers are computed for its x. If it misses them with these as well, only a proof
     that x is the optimum counts: where rows of one level differ in size by many powers of ten, no tolerance
-    on a residual fits all of them. Without that, a coarser search is the last resort before FAILED.
+    on a residual fits all of them. Without that, and where the search cycled, `search_further` is the last
+    resort.
 
     Args:
         hierarchy: The problem.
@@ -125,17 +133,22 @@ def resolution_of(
     elif outcome == Outcome.KKT_MISSED:
         x = answer_of(answer, hierarchy.n, hierarchy.layout.row_count, hierarchy.layout.level_count).x
         fitted = fit_again(hierarchy, answer) or judge(hierarchy, x, state).proven
-        if fitted or search_coarsely(hierarchy, answer, state):
+        if fitted or search_further(hierarchy, answer, state):
             outcome = Outcome.SOLVED
+    elif outcome == Outcome.CYCLED and search_further(hierarchy, answer, state):
+        outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)
 
 
-def search_coarsely(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:
-    """Search again, taking for zero what no certificate can tell from rounding.
+def search_further(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:
+    """Search without haste; then coarsely, taking for zero what no certificate can tell from rounding.
 
-    Where rows depend on each other nearly to rounding, a multiplier of 1e-22 may hold a bound for a residual
-    of 1e-12, and neither its sign nor the rank is certain. This search takes directions between `LOST` and
-    `REGAINED` as lost, and multipliers up to `CERTIFICATE_ROUNDING` as zero.
+    The first of these searches has many factorisations with the true bounds. Where rows depend on each other
+    nearly to rounding, a multiplier of 1e-22 may hold a bound for a residual of 1e-12, and neither its sign
+    nor the rank is certain. The same is true of a row that repeats one of a level before, far out of reach:
+    rounding times its residual moves weak directions, other ones for each working set, and the search cycles.
+    The coarse searches take directions between `LOST` and `REGAINED` as lost, what is left of such rows as
+    zero, and multipliers up to `CERTIFICATE_ROUNDING` as zero.
 
     Args:
         hierarchy: The problem, with a diagonal norm.
@@ -143,18 +156,21 @@ def search_coarsely(hierarchy: Hierarchy, answer: Array, state: StateArray) -> b
         state: (n + M,) filled with the final working set.
 
     Returns:
-        True if x meets its KKT conditions and is not refuted.
+        True if x meets its KKT conditions and is not refuted, or is the middle of an enclosure.
     """
     layout = hierarchy.layout
     parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
-    state[:] = Held.FREE
-    once, limit = np.int64(1), FIRST_SEARCH_LIMIT
-    outcome, *_ = search(hierarchy.rows, state, parts.x, parts.multipliers, once, limit, CERTIFICATE_ROUNDING)
-    found = certify(hierarchy, parts.x, parts.multipliers)
-    parts.residuals[:] = found.residuals
-    if outcome != Outcome.SOLVED or not found.kkt_met():
-        return False
-    return judge(hierarchy, parts.x, state).verdict is not Verdict.REFUTED
+    for first, rounding in _FURTHER_SEARCHES:
+        state[:] = Held.FREE
+        limits = np.int64(first), LAST_SEARCH_LIMIT
+        outcome, *_ = search(hierarchy.rows, state, parts.x, parts.multipliers, *limits, rounding)
+        found = certify(hierarchy, parts.x, parts.multipliers)
+        parts.residuals[:] = found.residuals
+        if outcome == Outcome.SOLVED and found.kkt_met():
+            return judge(hierarchy, parts.x, state).verdict is not Verdict.REFUTED
+        if outcome == Outcome.SOLVED and take_enclosed(hierarchy, answer, state):
+            return True
+    return False
 
 
 def take_enclosed(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:

@@ -1,9 +1,9 @@
 """The exact lexicographic optimum by a primal active set with lexicographic multipliers.
 
 `taskopt.resolver.active_set` explains the algorithm in pseudo-code. Near a singularity a multiplier of 1e-10
-can decide the position of x. A multiplier therefore counts as zero only below SEARCH_SIGN times the sum of
-the magnitudes that it is the difference of. If a row that was just dropped blocks the next step at once, its
-sign was rounding noise: it is added back, and locked until x moves.
+can decide the position of x. A multiplier therefore counts as zero only below SEARCH_SIGN times its terms, by
+which its rounding error grows. If a row that was just dropped blocks the next step at once, its sign was
+rounding noise: it is added back, and locked until x moves.
 """
 
 import numpy as np
@@ -21,8 +21,10 @@ from taskopt.hierarchy.tolerances import (
 )
 from taskopt.hierarchy.view import Rows
 from taskopt.jit import kernel, kernel_apart
+from taskopt.resolver.active_set.cycles import moves, repeats
 from taskopt.resolver.active_set.lexls import (
     factorise,
+    invert_pivots,
     multipliers_of_level,
     new_factor,
     solve_levels,
@@ -205,6 +207,7 @@ def _iterate(
     n, count, weakest = here.x.size, here.value.size, 1.0
     goal = Point(np.empty(n), np.empty(count))
     locks = Locks(np.zeros(n + count, np.bool_), np.zeros(n + count, np.bool_))
+    seen, drops = np.full(n + count, -1, np.int64), 0
     for iteration in range(1, limit + 1):
         leaving, weakest = _solve(rows, state, locks.locked, goal.x, multipliers)
         row_values(rows.A, goal.x, goal.value)
@@ -215,27 +218,34 @@ def _iterate(
                 continue
             _move_to(here, goal)
         alpha, entering, side = _first_blocking(rows, state, here, goal)
-        if _moves(here.x, goal.x, alpha, moved):
+        if moves(here.x, goal.x, alpha, moved):
             for j in range(n + count):
                 locks.dropped[j] = False
                 locks.locked[j] = False
         if entering >= 0:
             locks.locked[entering] = locks.dropped[entering]
-            for j in range(n):
-                here.x[j] += alpha * (goal.x[j] - here.x[j])
-            if entering < n:
-                here.x[entering] = (
-                    rows.box_upper[entering] if side == Held.UPPER else rows.box_lower[entering]
-                )
-            row_values(rows.A, here.x, here.value)
+            _stop_at(rows, here, goal, alpha, entering, side)
             state[entering] = side
             continue
         _move_to(here, goal)
         if leaving < 0:
             return _verdict(rows, goal.value), iteration, weakest
+        drops += 1
+        if repeats(seen, drops, state, locks):
+            return Outcome.CYCLED, iteration, weakest
         locks.dropped[leaving] = True
         state[leaving] = _side_after(rows, state[leaving], leaving - n, goal.value)
     return Outcome.ITERATION_LIMIT, limit, weakest
+
+
+@kernel
+def _stop_at(rows: ScaledRows, here: Point, goal: Point, alpha: float, entering: int, side: int) -> None:
+    """Move a share of the way to the goal; an unknown that stops the step is put onto its bound."""
+    for j in range(here.x.size):
+        here.x[j] += alpha * (goal.x[j] - here.x[j])
+    if entering < here.x.size:
+        here.x[entering] = rows.box_upper[entering] if side == Held.UPPER else rows.box_lower[entering]
+    row_values(rows.A, here.x, here.value)
 
 
 @kernel
@@ -243,15 +253,6 @@ def _move_to(here: Point, goal: Point) -> None:
     """Move to the goal, which is the full step."""
     copy_into(here.x, goal.x)
     copy_into(here.value, goal.value)
-
-
-@kernel
-def _moves(x: Array, goal: Array, alpha: float, moved: float) -> bool:
-    """Return True if a step moves an unknown by more than rounding."""
-    for j in range(x.size):
-        if alpha * abs(goal[j] - x[j]) > moved * max(1.0, abs(x[j])):
-            return True
-    return False
 
 
 @kernel_apart
@@ -275,7 +276,8 @@ def _solve(
                 if state[j] != Held.FREE:
                     target[i] -= rows.A[i, j] * x[j]
     factor = new_factor(count, levels, state, n)
-    factorise(rows.A, rows.scale, rows.offsets, state, factor)
+    factorise(rows.A, rows.scale, rows.offsets, state, rows.rounding, factor)
+    invert_pivots(factor)
     solution = LevelSolution(np.empty(factor.free.size), np.empty(count), np.empty(count))
     solve_levels(factor, rows.size, target, held, solution)
     unknowns_into(factor, solution.z, x)
@@ -308,7 +310,7 @@ def _row_to_drop(
             copy_into(multipliers[k - 1], level.value)
         if leaving >= 0:
             continue
-        worst, least = 0.0, _least_multiplier(rows, x, k)
+        worst, least = 0.0, _least_multiplier(rows, x, k, level.value[n:])
         for j in range(n + rows.offsets[min(k + 1, levels)]):
             if state[j] == Held.FREE or decided[j]:
                 continue
@@ -322,17 +324,20 @@ def _row_to_drop(
 
 
 @kernel
-def _least_multiplier(rows: ScaledRows, x: Array, k: int) -> float:
-    """Return the least multiplier of a bound of the box at level k that is more than `rows.rounding`."""
+def _least_multiplier(rows: ScaledRows, x: Array, k: int, force: Array) -> float:
+    """Return the least multiplier of a bound of the box at level k that is more than `rows.rounding`.
+
+    It is that share of the scale by which the certificate measures the level, whose rows pull with `force`.
+    """
     if rows.rounding == 0.0:
         return 0.0
     scale, reach, levels = 1.0, 1.0, rows.offsets.size - 2
+    for j in range(x.size):
+        reach = max(reach, abs(x[j]))
     if 0 < k <= levels:
         scale = 0.0
         for i in range(rows.offsets[k], rows.offsets[k + 1]):
-            scale = max(scale, rows.size[i] ** 2)
-    for j in range(x.size):
-        reach = max(reach, abs(x[j]))
+            scale = max(scale, rows.size[i] ** 2, abs(force[i]) * rows.size[i] / reach)
     return rows.rounding * scale * reach
 
 

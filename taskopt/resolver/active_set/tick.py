@@ -110,7 +110,9 @@ def tick(
         first = np.int64(FIRST_SEARCH_LIMIT)
         outcome, rounds, weakest = search(problem, state, x, multipliers, first, limit, 0.0)
     worst = certify_kernel(buffer, norm, offsets, columns, x, multipliers, residuals)
-    if outcome == Outcome.ITERATION_LIMIT or (outcome == Outcome.SOLVED and not worst <= KKT_MET):
+    if outcome in (Outcome.ITERATION_LIMIT, Outcome.CYCLED) or (
+        outcome == Outcome.SOLVED and not worst <= KKT_MET
+    ):
         for i in range(state.size):  # once more, from an empty working set
             state[i] = Held.FREE
         outcome, more, weakest = search(problem, state, x, multipliers, np.int64(1), limit, 0.0)

@@ -56,6 +56,8 @@ class Outcome(IntEnum):
     """Of a tick without the search: the fast path did not accept; nothing was answered or remembered."""
     NEARLY_DEPENDENT = 6
     """As SOLVED, but rows of the working set depend on each other so nearly that digits of x are lost."""
+    CYCLED = 7
+    """The search came back to where it had been: rounding decides what it adds and drops."""
 
 
 class ScaledRows(NamedTuple):
@@ -109,6 +111,7 @@ class Factor(NamedTuple):
         L: (M, f) lower trapezoidal factor, row by row as in `order`.
         reflectors: (f, f) Householder vectors of Q, one in each row.
         beta: (f,) their factors: reflection p is I − beta_p v_p v_pᵀ.
+        inverse: (f, f) transpose of the inverse of the rows of L that are pivots, upper triangular.
     """
 
     free: IntArray
@@ -118,6 +121,7 @@ class Factor(NamedTuple):
     L: Array
     reflectors: Array
     beta: Array
+    inverse: Array
 
 
 class LevelSolution(NamedTuple):
@@ -139,7 +143,8 @@ class LevelMultipliers(NamedTuple):
 
     Attributes:
         value: (n + M,) multipliers λ, 0 where there is none.
-        terms: (n + M,) sum of the magnitudes of the summands of each λ; it bounds their rounding error.
+        terms: (n + M,) to which the rounding error of each λ is proportional: the magnitudes of the summands
+            of all equations that lead to it, times the entries of |L⁻ᵀ| by which they do.
     """
 
     value: Array
