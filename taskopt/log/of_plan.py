@@ -1,6 +1,6 @@
 """The description of a log whose ticks are those of a plan, and the parts of a tick that a plan knows."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -110,17 +110,21 @@ def coordinates(robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 class Part(NamedTuple):
-    """Numbers of a tick that a plan knows, and their place in a slot.
+    """Numbers of a tick that a plan keeps in the same memory at all ticks, and their place in a slot.
 
     Attributes:
         field: Name of the field of the slot.
         start: First number of the field.
-        read: Returns the present numbers, an array of any shape.
+        numbers: The numbers, of any shape.
+        owner: Task that has them; None if nothing can put other memory in their place.
+        name: Attribute of the owner by which they are found.
     """
 
     field: str
     start: int
-    read: Callable[[], Array]
+    numbers: Array
+    owner: BoundTask | None = None
+    name: str = ""
 
 
 class PlanTicks:
@@ -166,15 +170,13 @@ class PlanTicks:
     def parts(self) -> list[Part]:
         """List what `tick` collects, besides posture and velocity, by place."""
         starts = accumulate((task.error.size for task in self._erring), initial=0)
-        found = [Part("base", 0, lambda: self._base)]
+        found = [Part("base", 0, self._base)]
         for task, start in zip(self._erring, starts, strict=False):
-            found.append(Part("errors", start, lambda task=task: task.error))
+            found.append(Part("errors", start, task.error, task, "error"))
         for i, task in enumerate(self._framed):
-            found.append(Part("desired", 16 * i, lambda task=task: _pose(task.desired)))
-            found.append(Part("actual", 3 * i, lambda task=task: _pose(task.actual)[:3, 3]))
-        for i, pose in enumerate(self.plan.moving.values()):
-            found.append(Part("moving", 16 * i, lambda pose=pose: pose))
-        return found
+            found.append(Part("desired", 16 * i, _pose(task.desired), task, "desired"))
+            found.append(Part("actual", 3 * i, _pose(task.actual)[:3, 3], task, "actual"))
+        return [*found, *(Part("moving", 16 * i, pose) for i, pose in enumerate(self.plan.moving.values()))]
 
 
 def _pose(pose: Array | None) -> Array:

@@ -51,6 +51,7 @@ class LoggedLoop:
         self._ticks = PlanTicks(loop.plan, description)
         history = loop.history
         self._quick = None if history is None else QuickCopy(log, self._ticks, history)
+        self._restarts = -1  # of the loop since which the quick copy has its memory; −1 if it must take it
 
     def tick(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time.
@@ -68,9 +69,14 @@ class LoggedLoop:
             TaskoptError: As `Loop.tick`.
         """
         loop, quick = self._loop, self._quick
-        memory, before = loop.memory if quick is None else quick.begin(), loop.plan.velocity
+        before = loop.plan.velocity
         if loop.plan.motion is not None:  # the answer changes it in place
             before = before.copy()
+        if quick is None:
+            memory: Memory | StateArray | None = loop.memory
+        else:
+            memory = quick.memory if self._restarts == loop.restarts else quick.begin()
+        self._restarts = -1
         try:
             resolution = loop.tick(q, t)
         except (Infeasible, NotSolved, InvalidValue) as error:
@@ -78,6 +84,7 @@ class LoggedLoop:
                 self._add_failed(q, t, before, memory, error)
             raise
         if quick is not None and quick.add(t, before, resolution):
+            self._restarts = loop.restarts
             return resolution
         if not self._log.open:
             return resolution

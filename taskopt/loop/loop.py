@@ -61,6 +61,7 @@ class Loop:
 
     Attributes:
         rest: Damps ticks that need it; None if the stack has no damping, or the resolver is not strict.
+        restarts: How often a memory was forgotten, or taken from another loop.
     """
 
     def __init__(
@@ -70,6 +71,7 @@ class Loop:
         self._policy: ConflictPolicy = policy
         self._tells_velocity = bool(plan.rate_limits or plan.rate_tasks or plan.motion)
         self._memory: Memory | None = None
+        self.restarts = 0
         self._nanoseconds = 0, 0, 0
         damps = plan.stack.damping is not None and resolver.strict
         kind = Rest if plan.motion is None else RestOfAccelerations
@@ -132,6 +134,7 @@ class Loop:
     def forget(self) -> None:
         """Forget the last tick, so that the next one has no warm start."""
         self._memory = None
+        self.restarts += 1
         if self._one_call is not None:
             self._one_call.forget()
         if self.rest is not None:
@@ -160,6 +163,7 @@ class Loop:
         Args:
             memory: Memory that `recall` returned.
         """
+        self.restarts += 1
         own, last = cast("tuple[object, tuple[Array, StateArray] | None]", memory)
         if self._one_call is None:
             self._memory = cast("Memory | None", own)

@@ -56,12 +56,29 @@ def test_both_copies_write_the_same_rows(tmp_path, declared):
 
 @pytest.mark.slow
 def test_a_copy_with_a_wrong_place_is_noticed(tmp_path, monkeypatch):
-    """A part that is taken from the place of its neighbour gives other rows."""
-    runs = quick._runs
-    monkeypatch.setattr(quick, "_runs", lambda *arrays: [(p - 1, n, i) for p, n, i in runs(*arrays)])
+    """A part that is copied to the place of its neighbour gives other rows."""
+    places = quick.offsets_of
+    monkeypatch.setattr(quick, "offsets_of", lambda form: places(form) | {"errors": places(form)["q"]})
     one = rows(tmp_path / "a.arrow", stack(), True, [])
     other = rows(tmp_path / "b.arrow", stack(), False, [])
     assert one[20]["error/hand"] != other[20]["error/hand"]
+
+
+@pytest.mark.slow
+def test_a_task_that_keeps_its_error_in_another_array_is_logged_with_it(tmp_path):
+    """A tick after an array was replaced is copied by Python, with the numbers of the new array."""
+    path, errors, q = tmp_path / "a.arrow", [], START
+    control = Controller(ARM, moving(), dt=DT, log=path)
+    gradient = control.plan.tasks[1]
+    for k in range(12):
+        if k == 5:
+            gradient.error = np.zeros_like(gradient.error)
+        q = ARM.integrate(q, control.step(q, k * DT).v, DT)
+        errors.append(gradient.error.copy())
+    control.log.close()
+    logged = open_log(path)
+    np.testing.assert_array_equal(logged.array(f"error/{gradient.name}"), errors)
+    assert len({tuple(error) for error in errors}) == 12
 
 
 @pytest.mark.slow
