@@ -6,12 +6,30 @@ advanced at the beginning of each tick.
 
 from collections import deque
 from collections.abc import Mapping
+from copy import copy
+from typing import NamedTuple
 
 from taskopt.arrays import positive, require_mapping
 from taskopt.errors import InvalidValue, UnknownName
 from taskopt.kinematics.gate import LevelEnabled
 from taskopt.kinematics.parameter import Parameter, Ramp, Setting
 from taskopt.kinematics.redirection import TargetParameter, VelocityTarget
+
+
+class Applied(NamedTuple):
+    """A change that a tick has applied.
+
+    Attributes:
+        name: Address of the parameter.
+        before: Its value before.
+        after: The value to which it was set.
+        over: Time over which it is blended [s]; 0 for at once.
+    """
+
+    name: str
+    before: Setting
+    after: Setting
+    over: float
 
 
 class Changes:
@@ -22,13 +40,15 @@ class Changes:
 
     Attributes:
         waiting: True if `apply` has something to do.
+        applied: The changes that were applied, for a log, which empties the list; None if nobody asks.
     """
 
     def __init__(self, parameters: Mapping[str, Parameter]) -> None:
         self.parameters = dict(parameters)
-        self._queue: deque[list[tuple[str, Parameter, Setting, float]]] = deque()
+        self._queue: deque[list[tuple[str, Parameter, Setting, float, Setting]]] = deque()
         self._ramps: dict[str, Ramp] = {}
         self.waiting = False
+        self.applied: list[Applied] | None = None
 
     def set(self, changes: Mapping[str, Setting], over: float = 0.0) -> None:
         """Check changes; the next tick applies them together.
@@ -49,7 +69,7 @@ class Changes:
             parameter = self.parameters.get(name)
             if parameter is None:
                 raise UnknownName("parameter", name, self.parameters)
-            checked.append((name, parameter, parameter.checked(value, over), over))
+            checked.append((name, parameter, parameter.checked(value, over), over, copy(value)))
         self._queue.append(checked)
         self.waiting = True
 
@@ -63,7 +83,9 @@ class Changes:
             self._ramps = {name: ramp for name, ramp in self._ramps.items() if not ramp(t)}
         self.waiting = bool(self._ramps)  # before the queue is emptied, so that a change set now is not lost
         while self._queue:
-            for name, parameter, value, over in self._queue.popleft():
+            for name, parameter, value, over, told in self._queue.popleft():
+                if self.applied is not None:
+                    self.applied.append(Applied(name, parameter.read(), told, over))
                 if self._ramps:
                     self._ramps.pop(name, None)
                 ramp = parameter.change(value, t, over)

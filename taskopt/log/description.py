@@ -213,6 +213,7 @@ def _counts(resolvers: Sequence[str]) -> list[Column]:
         _number("failed", "true if the tick raised an error, so that nothing was sent", unit="flag"),
         Column("error", "text", 0, 1, about="the error that the tick raised"),
         Column("notes", "text", 0, 1, listed=True, about="sentences on the answer, as on a conflict"),
+        Column("changes", "text", 0, 1, listed=True, about="changes of parameters, each as JSON"),
         Column("fallback", "text", 0, 1, about="method that answered because the resolver failed"),
     ]
 

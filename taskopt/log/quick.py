@@ -7,6 +7,7 @@ so that here Python reads a few attributes and calls one function. It finds the 
 stay where they are: the ring, the form of a slot, and whatever tasks and plan keep of their tick.
 """
 
+from collections.abc import Sequence
 from time import perf_counter_ns
 
 import numpy as np
@@ -16,16 +17,19 @@ from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import ArrayTable, borrowed, floats_in, integers_in, states_in
+from taskopt.kinematics.changes import Applied
 from taskopt.log.of_plan import PlanTicks
 from taskopt.log.raw import STATUS_NUMBERS, RawLog
 from taskopt.log.ring import Counter
 from taskopt.log.slots import NUMBERS, offsets_of, slot_size
+from taskopt.log.words import words
 
 _SOLVED = Status.SOLVED  # a look-up in the Enum on every tick would cost as much as a short call
 _FIELDS = ("numbers", "times", "q", "x", "answer", "state", "memory")
 _TICK, _CLOCK, _ITERATIONS = NUMBERS.index("tick"), NUMBERS.index("clock"), NUMBERS.index("iterations")
 _UNDAMPED = NUMBERS.index("undamped_iterations")
 _ALTERNATES, _GIVEN = NUMBERS.index("alternates"), NUMBERS.index("given")
+_TEXT = NUMBERS.index("text")
 _WRITTEN, _CONSUMED = int(Counter.WRITTEN), int(Counter.CONSUMED)
 _FAILED, _CLOSED = int(Counter.FAILED), int(Counter.CLOSED)
 _NUMBERS, _FORM = len(NUMBERS), 3 + len(_FIELDS)
@@ -51,6 +55,7 @@ class QuickCopy:
     def __init__(self, log: RawLog, ticks: PlanTicks, history: StateArray) -> None:
         self._plan, self._sent, self._begin = ticks.plan, log.sent, log.begin
         ring, n = log.ring, ticks.plan.layout.n
+        self._ring = ring
         offsets = offsets_of(ring.form)
         self._before, self._history, self.memory = np.zeros(n), history, history.copy()
         pieces, targets, self._held = [self._before], [offsets["v_before"]], []
@@ -64,6 +69,7 @@ class QuickCopy:
                 target += piece.nbytes
         form = [ring.start, ring.slots, slot_size(ring.form), *(offsets[name] for name in _FIELDS)]
         memory, plan = ring.memory, np.array([*form, *_usual_numbers(), *targets])
+        self._usual = plan[_FORM : _FORM + _NUMBERS]
         views = ring.counters, memory.view(np.float64), memory.view(np.int8)
         arrays = *views, plan, ticks.plan.tick[2], history, self.memory
         self._table = ArrayTable(*arrays, *pieces)
@@ -74,13 +80,14 @@ class QuickCopy:
         self.memory[:] = self._history
         return self.memory
 
-    def add(self, t: float, v_before: Array, answer: Resolution) -> bool:
+    def add(self, t: float, v_before: Array, answer: Resolution, changes: Sequence[Applied] = ()) -> bool:
         """Copy a tick into the ring.
 
         Args:
             t: Time [s].
             v_before: Velocity before the tick, (nv,).
             answer: What was sent.
+            changes: Changes of parameters that the tick has applied.
 
         Returns:
             False if the tick is not an ordinary one, if a task has another array than before, if there is no
@@ -97,11 +104,25 @@ class QuickCopy:
         given = v_before is not self._sent.get(0)
         if given:
             self._before[:] = v_before
+        if changes and not self._say(words(changes=changes)):
+            return False
         numbers = t, plan.dt, perf_counter_ns() - self._begin, answer.iterations, given
         done = copy_tick(self._table.handle, answer.answer, answer.state, *numbers)
+        if changes:
+            self._usual[_TEXT] = 0
         if done:
             self._sent[0] = answer.x
         return done
+
+    def _say(self, text: bytes) -> bool:
+        """Write words into the next slot, for the tick that is copied next; return False if it is not free."""
+        ring = self._ring
+        written = int(ring.counters[Counter.WRITTEN])
+        if written - ring.counters[Counter.CONSUMED] >= ring.slots:
+            return False
+        ring.fields["text"][written % ring.slots, : len(text)] = np.frombuffer(text, dtype=np.uint8)
+        self._usual[_TEXT] = len(text)
+        return True
 
 
 def compile_copy() -> None:

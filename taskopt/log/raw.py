@@ -1,6 +1,5 @@
 """`RawLog`, into which a control loop copies its ticks."""
 
-import json
 import os
 import subprocess
 import sys
@@ -18,10 +17,12 @@ from taskopt.hierarchy.layout import Layout
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
+from taskopt.kinematics.changes import Applied
 from taskopt.log.description import Description
 from taskopt.log.instructions import Instructions
 from taskopt.log.ring import Counter, End, Ring
-from taskopt.log.slots import NANOSECONDS, NUMBERS, TEXT_BYTES
+from taskopt.log.slots import NANOSECONDS, NUMBERS
+from taskopt.log.words import words
 from taskopt.resolver.base import Memory
 
 _OPENING = 30.0  # [s] that the writer may take until it has opened the file
@@ -50,6 +51,7 @@ class Tick(NamedTuple):
         desired: Desired pose of each task that has one, (4, 4).
         actual: Actual pose of the same tasks.
         moving: Pose of each obstacle that moves.
+        changes: Changes of parameters that the tick has applied.
     """
 
     index: int
@@ -66,6 +68,7 @@ class Tick(NamedTuple):
     desired: Sequence[Array] = ()
     actual: Sequence[Array] = ()
     moving: Sequence[Array] = ()
+    changes: Sequence[Applied] = ()
 
 
 def checked_path(path: str | Path) -> Path:
@@ -167,7 +170,7 @@ class RawLog:
         flags = self._remember("memory", place, tick.memory)
         damped = answer.is_damped
         later = self._copy_damped(place, answer, tick.damped_memory) if damped else (0, 0, 0)
-        text = _text(answer, error) if error or answer.notes or answer.fallback else b""
+        text = words(error, answer.notes, answer.fallback, tick.changes)
         if text:
             fields["text"][place, : len(text)] = np.frombuffer(text, dtype=np.uint8)
         ranks = tick.memory.ranks if isinstance(tick.memory, Memory) else ()
@@ -319,24 +322,6 @@ def _close(ring: Ring, process: "subprocess.Popen[bytes]", owner: int, end: End,
         process.wait()
     if process.stdin is not None:
         process.stdin.close()
-
-
-def _text(answer: Resolution, error: str) -> bytes:
-    """Return the sentences of a tick as JSON that fits its slot."""
-    told = {"error": error or None, "notes": list(answer.notes) or None, "fallback": answer.fallback}
-    text = json.dumps(told).encode()
-    room = TEXT_BYTES
-    while len(text) > TEXT_BYTES:
-        room //= 2
-        told["error"] = _cut(error, room) or None
-        told["notes"] = [_cut(note, room // max(1, len(answer.notes))) for note in answer.notes]
-        text = json.dumps(told).encode()
-    return text
-
-
-def _cut(text: str, length: int) -> str:
-    """Return a text, or its beginning with a word that it was cut."""
-    return text if len(text) <= length else f"{text[:length]} … (cut)"
 
 
 assert NUMBERS[-1] == "text"

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -20,6 +20,7 @@ from taskopt.hierarchy.io import layout_of
 from taskopt.hierarchy.layout import Layout
 from taskopt.log.batches import Batches
 from taskopt.log.description import SCHEMA
+from taskopt.log.provenance import Json
 from taskopt.log.slots import PERIOD
 from taskopt.log.ticks import LoggedTick
 
@@ -39,6 +40,38 @@ class LogEnd:
     why: str = ""
     waits: int = 0
     waited: float = 0.0
+
+
+class Change(NamedTuple):
+    """A change of a parameter that was set while a loop ran.
+
+    Attributes:
+        row: Row of the tick that applied it.
+        t: Time of that tick [s].
+        name: Address of the parameter.
+        before: Its value before, as plain data.
+        after: The value to which it was set, as plain data; a target that moves as its text.
+        over: Time over which it is blended [s]; 0 for at once.
+    """
+
+    row: int
+    t: float
+    name: str
+    before: Json
+    after: Json
+    over: float
+
+    @staticmethod
+    def read(row: int, t: float, line: str) -> "Change":
+        """Read a line of JSON that `words` wrote."""
+        told = json.loads(line)
+        if "left_out" in told:
+            return Change(row, t, f"{told['left_out']} more, for which a slot has no room", None, None, 0.0)
+        return Change(row, t, told["name"], told["before"], told["after"], told["over_s"])
+
+    def __str__(self) -> str:
+        values = "" if self.after is None else f": {_short(self.before)} → {_short(self.after)}"
+        return f"{self.name}{values}{f', over {self.over:g} s' if self.over else ''}"
 
 
 class Log:
@@ -173,6 +206,26 @@ class Log:
             raise UnknownName("resolver in this log", resolver, self.resolvers)
         return np.flatnonzero(self.array("resolver") == resolver)
 
+    def changes(self, resolver: str | None = None) -> list[Change]:
+        """Return the changes of parameters that were set while the loop ran, in their order.
+
+        Args:
+            resolver: Only the ticks of this resolver; None for all rows.
+
+        Returns:
+            The changes; none for a log that was written before logs had them.
+
+        Raises:
+            UnknownName: There is no such resolver.
+        """
+        if "changes" not in self.columns:
+            return []
+        told = self.array("changes")
+        rows = np.arange(len(self)) if resolver is None else self.rows(resolver)
+        return [
+            Change.read(row, float(self.t[row]), line) for row in rows.tolist() for line in told[row] or ()
+        ]
+
     @cached_property
     def t(self) -> Array:
         """Times of the rows, (k,) [s]."""
@@ -258,3 +311,10 @@ def open_log(path: str | Path) -> Log:
             raise MissingFile(f"no log in {place}; a log is a file that ends in .arrow")
         place = logs[-1]
     return Log(place)
+
+
+def _short(value: Json) -> str:
+    """Return a value in few words; the numbers of an array of rows by row."""
+    if isinstance(value, bool) or not isinstance(value, float | list):
+        return str(value)
+    return f"{value:.6g}" if isinstance(value, float) else f"[{', '.join(map(_short, value))}]"

@@ -122,6 +122,10 @@ def _of_resolver(log: Log, resolver: str) -> Iterator[str]:
     told = ", ".join(f"{count} {name}" for name, count in counts.items())
     yield f"{resolver}: {len(rows)} ticks from {t[0]:.6g} to {t[-1]:.6g} s; {told}"
     yield from (f"  {text}" for text in errors(log, rows))
+    changed = log.changes(resolver)
+    yield from (f"  set at {change.t:.6g} s: {change}" for change in changed[:_SHOWN])
+    if len(changed) > _SHOWN:
+        yield f"  and {len(changed) - _SHOWN} more changes of parameters until {changed[-1].t:.6g} s"
     found = spans(log, resolver)
     if not found:
         yield "  no limit and no inequality was active"

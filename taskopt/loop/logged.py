@@ -1,5 +1,7 @@
 """Ticks of a loop that are copied into a log."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
@@ -8,6 +10,7 @@ from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.view import answer_of
+from taskopt.kinematics.changes import Applied
 from taskopt.log.description import Description
 from taskopt.log.of_plan import PlanTicks, description_of
 from taskopt.log.provenance import Json
@@ -49,6 +52,8 @@ class LoggedLoop:
     ) -> None:
         self._loop, self._log, self._number, self._index = loop, log, number, first
         self._ticks = PlanTicks(loop.plan, description)
+        self._changes = loop.plan.changes
+        self._changes.applied = []
         history = loop.history
         self._quick = None if history is None else QuickCopy(log, self._ticks, history)
         self._restarts = -1  # of the loop since which the quick copy has its memory; −1 if it must take it
@@ -83,17 +88,23 @@ class LoggedLoop:
             if self._log.open:
                 self._add_failed(q, t, before, memory, error)
             raise
-        if quick is not None and quick.add(t, before, resolution):
+        changes = self._taken() if self._changes.applied else ()
+        if quick is not None and quick.add(t, before, resolution, changes):
             self._restarts = loop.restarts
             return resolution
         if not self._log.open:
             return resolution
         try:
-            self._add(q, t, before, memory, resolution)
+            self._add(q, t, before, memory, resolution, changes)
         except LogFailed as failed:
             failed.resolution = resolution
             raise
         return resolution
+
+    def _taken(self) -> Sequence[Applied]:
+        """Return the changes of parameters that were applied since the last tick."""
+        taken, self._changes.applied = self._changes.applied or (), []
+        return taken
 
     def _add(
         self,
@@ -102,12 +113,14 @@ class LoggedLoop:
         before: Array,
         memory: Memory | StateArray | None,
         answer: Resolution,
+        changes: Sequence[Applied],
         error: str = "",
     ) -> None:
         """Copy a tick."""
         loop = self._loop
         index = self._index if self._quick is None else self._log.count
-        tick = self._ticks.tick(index, t, q, before, memory)._replace(resolver=self._number)
+        tick = self._ticks.tick(index, t, q, before, memory)
+        tick = tick._replace(resolver=self._number, changes=changes)
         if self._quick is None and not error:
             tick = tick._replace(seconds=(loop.seconds.resolver, loop.seconds.rows))
         if answer.is_damped and loop.rest is not None:
@@ -126,7 +139,7 @@ class LoggedLoop:
             answer = _without_answer(hierarchy, status)
         q = np.asarray(q) if np.shape(q) == (robot.nq,) else np.full(robot.nq, np.nan)
         try:
-            self._add(q, t, before, memory, answer, str(error))
+            self._add(q, t, before, memory, answer, self._taken(), str(error))
         except LogFailed as failed:
             error.add_note(str(failed))
 

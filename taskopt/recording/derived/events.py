@@ -1,4 +1,4 @@
-"""The events of a resolver's ticks: limits, claims, damping, fallbacks, ranks, sentences, and the end."""
+"""The events of a resolver's ticks: limits, claims, ranks, changes of parameters, sentences, and the end."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -39,7 +39,8 @@ def events(answers: Answers, lanes: Sequence[Lane]) -> list[Event]:
     Returns:
         The events in the order of time; those of one tick by severity.
     """
-    found = [*_of_limits(answers, lanes), *_of_claims(answers), *_of_ranks(answers), *_of_words(answers)]
+    found = [*_of_limits(answers, lanes), *_of_claims(answers), *_of_ranks(answers)]
+    found += [*_of_changes(answers), *_of_words(answers)]
     order = ("ERROR", "WARN", "INFO", "DEBUG")
     return sorted(found, key=lambda event: (event.place, order.index(event.severity), event.text))
 
@@ -85,6 +86,12 @@ def _of_ranks(answers: Answers) -> Iterator[Event]:
         for level, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new and 0 < level <= answers.log.layout.level_count:
                 yield Event(place, "INFO" if new > old else "WARN", f"rank of level {level}: {old} → {new}")
+
+
+def _of_changes(answers: Answers) -> Iterator[Event]:
+    """Yield an event for each change of a parameter."""
+    for change in answers.log.changes(answers.resolver):
+        yield Event(int(np.searchsorted(answers.rows, change.row)), "INFO", f"set {change}")
 
 
 def _of_words(answers: Answers) -> Iterator[Event]:
