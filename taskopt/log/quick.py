@@ -115,7 +115,7 @@ class QuickCopy:
         return done
 
     def _say(self, text: bytes) -> bool:
-        """Write words into the next slot, for the tick that is copied next; return False if it is not free."""
+        """Write words into the next slot, for the next tick that is copied; return False if it is full."""
         ring = self._ring
         written = int(ring.counters[Counter.WRITTEN])
         if written - ring.counters[Counter.CONSUMED] >= ring.slots:
