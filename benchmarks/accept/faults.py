@@ -142,6 +142,18 @@ _OF_SEARCH = (
         "if outcome in (Outcome.ITERATION_LIMIT, Outcome.CYCLED) or (",
         "if outcome != outcome or (outcome != outcome and ",
     ),
+    Fault(
+        "no tick says that it keeps moved bounds",
+        _TICK,
+        "residuals[0, PRIMAL] > STILL_PERTURBED",
+        "residuals[0, PRIMAL] > 1.0",
+    ),
+    Fault(
+        "moved bounds stay moved",
+        "resolver/active_set/resolver.py",
+        "went_on = outcome == Outcome.STILL_PERTURBED and",
+        "went_on = outcome == Outcome.NOT_FINITE and",
+    ),
     Fault("a cycle is not seen", _CYCLES, "same &= seen[j] == mark", "same &= seen[j] == mark + 16"),
     Fault("every second drop looks like a cycle", _CYCLES, "same &= seen[j] == mark", "same &= drops > 1"),
     Fault(

@@ -36,7 +36,7 @@ from taskopt.hierarchy.view import RESIDUAL_KINDS, Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 
 RESIDUALS = ("stationarity", "primal", "dual", "complementarity")  # the columns of `Certificate.residuals`
-_PRIMAL = RESIDUALS.index("primal")
+PRIMAL = RESIDUALS.index("primal")
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Certificate:
     @property
     def broken_limit(self) -> float:
         """The largest violation of the box and the hard rows, relative to the largest term of the row."""
-        return float(self.residuals[:, _PRIMAL].max())
+        return float(self.residuals[:, PRIMAL].max())
 
     def kkt_met(self, tolerance: float = KKT_MET) -> bool:
         """Return True if no KKT residual exceeds the tolerance, which proves nothing about the error of x.

@@ -341,6 +341,14 @@ Smaller: rounding still makes them tie. Larger: the perturbed answer may violate
 SEARCH_AGREE (it is moved by up to twice this).
 """
 
+STILL_PERTURBED = 1e-11
+"""Violation of a hard row or a bound that shows that x keeps the moved bounds of the second search.
+
+Where neither x nor its working set fits the true bounds, x is taken from its enclosure in a proof. Smaller:
+ticks whose x has rounding errors of that size take milliseconds for it. Larger: claimed answers are off by
+that violation times the inverse of the weakest direction, which may be more than ACCURACY.
+"""
+
 SEARCH_MOVED = 1e-9
 """Step of an unknown, relative to max(1, |x|), after which dropped rows may be dropped again.
 

@@ -28,6 +28,7 @@ potentially conflicting linear constraints in robotics". Equations are cited by 
             W, x, λ ← search(W)                                                  search.search
         residuals ← certificate of (x, λ) on the rows as declared                hierarchy.certificate
         if they are too large: once more from the empty W, certify again                               [c]
+        if x keeps moved bounds: on from W, with the true ones                   resolver.search_on    [e]
         if they still are, or rows of W nearly depend on each other:
             x ← enclosure of the optimum that W leads to             resolver.take_enclosed            [k]
         if there is no answer yet: without haste; then coarsely              resolver.search_further   [m]

@@ -41,8 +41,14 @@ _STATUS = {
     Outcome.KKT_MISSED: Status.FAILED,
     Outcome.NEARLY_DEPENDENT: Status.SOLVED,
     Outcome.CYCLED: Status.FAILED,
+    Outcome.STILL_PERTURBED: Status.SOLVED,
 }
-_TO_ENCLOSE = (Outcome.KKT_MISSED, Outcome.NEARLY_DEPENDENT, Outcome.CONTRADICTION)
+_TO_ENCLOSE = (
+    Outcome.KKT_MISSED,
+    Outcome.NEARLY_DEPENDENT,
+    Outcome.CONTRADICTION,
+    Outcome.STILL_PERTURBED,
+)
 LAST_SEARCH_LIMIT = 1000  # factorisations of each search that follows one without an answer
 _FURTHER_SEARCHES = (  # factorisations with the true bounds, and the share up to which multipliers are zero
     (LAST_SEARCH_LIMIT, 0.0),
@@ -111,7 +117,8 @@ def resolution_of(
 ) -> Resolution:
     """Make a resolution of the arrays that a compiled entry filled.
 
-    Where rows nearly depend on each other, or an answer misses its KKT conditions, x is taken from the
+    Where x keeps moved bounds, the search goes on with the true ones. Where that does not end, where rows
+    nearly depend on each other, or where an answer misses its KKT conditions, x is taken from the
     enclosure of the optimum that the working set leads to. If there is none and the answer misses its KKT
     conditions, other multipliers are computed for its x. If it misses them with these as well, only a proof
     that x is the optimum counts: where rows of one level differ in size by many powers of ten, no tolerance
@@ -128,7 +135,8 @@ def resolution_of(
     Returns:
         The resolution, without any fallback.
     """
-    if outcome in _TO_ENCLOSE and take_enclosed(hierarchy, answer, state):
+    went_on = outcome == Outcome.STILL_PERTURBED and search_on(hierarchy, answer, state)
+    if went_on or (outcome in _TO_ENCLOSE and take_enclosed(hierarchy, answer, state)):
         outcome = Outcome.SOLVED
     elif outcome == Outcome.KKT_MISSED:
         x = answer_of(answer, hierarchy.n, hierarchy.layout.row_count, hierarchy.layout.level_count).x
@@ -138,6 +146,29 @@ def resolution_of(
     elif outcome == Outcome.CYCLED and search_further(hierarchy, answer, state):
         outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)
+
+
+def search_on(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:
+    """Search on with the true bounds from a working set that was found with moved ones.
+
+    Args:
+        hierarchy: The problem, with a diagonal norm.
+        answer: (layout.answer_size,) of which x, multipliers and residuals are replaced if that ends well.
+        state: (n + M,) the final working set; so is this.
+
+    Returns:
+        True if the search ends, and x meets its KKT conditions.
+    """
+    layout, held, found = hierarchy.layout, state.copy(), answer.copy()
+    parts = answer_of(found, layout.n, layout.row_count, layout.level_count)
+    limits = np.int64(FIRST_SEARCH_LIMIT), FIRST_SEARCH_LIMIT  # none is left for moved bounds
+    outcome, *_ = search(hierarchy.rows, held, parts.x, parts.multipliers, *limits, 0.0)
+    own = certify(hierarchy, parts.x, parts.multipliers)
+    if outcome != Outcome.SOLVED or not own.kkt_met():
+        return False
+    parts.residuals[:] = own.residuals
+    answer[:], state[:] = found, held
+    return True
 
 
 def search_further(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:

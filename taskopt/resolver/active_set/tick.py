@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, StateArray
-from taskopt.hierarchy.certificate import certify_kernel, largest_entry
+from taskopt.hierarchy.certificate import PRIMAL, certify_kernel, largest_entry
 from taskopt.hierarchy.layout import Layout
-from taskopt.hierarchy.tolerances import DIGITS_LOST, KKT_MET
+from taskopt.hierarchy.tolerances import DIGITS_LOST, KKT_MET, STILL_PERTURBED
 from taskopt.hierarchy.view import Answer, Rows, view_answer, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import borrowed
@@ -126,6 +126,8 @@ def tick(
         outcome = Outcome.NOT_FINITE
     elif outcome == Outcome.SOLVED and worst > KKT_MET:
         outcome = Outcome.KKT_MISSED
+    elif outcome == Outcome.SOLVED and residuals[0, PRIMAL] > STILL_PERTURBED:
+        outcome = Outcome.STILL_PERTURBED
     elif outcome == Outcome.SOLVED and weakest < DIGITS_LOST * max(1.0, largest_entry(x)):
         outcome = Outcome.NEARLY_DEPENDENT
     return np.int64(outcome), rounds

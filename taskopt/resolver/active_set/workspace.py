@@ -58,6 +58,8 @@ class Outcome(IntEnum):
     """As SOLVED, but rows of the working set depend on each other so nearly that digits of x are lost."""
     CYCLED = 7
     """The search came back to where it had been: rounding decides what it adds and drops."""
+    STILL_PERTURBED = 8
+    """As SOLVED, but x keeps the moved bounds of the second search, and violates true ones by as much."""
 
 
 class ScaledRows(NamedTuple):

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from taskopt import Hierarchy, Level
+from taskopt.bench.exact import exact_optimum
 from taskopt.hierarchy.proof.judgement import Verdict
 from taskopt.hierarchy.status import Status
 from taskopt.hierarchy.tolerances import CERTIFICATE_ROUNDING, SEARCH_SIGN
@@ -33,6 +34,7 @@ from taskopt.resolver.active_set.workspace import (
     Locks,
     Outcome,
 )
+from tests.helpers.tight import tight_hierarchy
 
 HERE = Path(__file__).parent
 compiled_only = pytest.mark.skipif(not COMPILED, reason="hundreds of factorisations of 48 unknowns")
@@ -72,6 +74,26 @@ def test_further_searches_follow_a_cycle_but_no_limit_of_iterations() -> None:
     cycled = resolution_of(problem, answer, state, Outcome.CYCLED, 3)
     assert cycled.status is Status.SOLVED
     np.testing.assert_array_equal(cycled.x, [1.0, 1.0])
+
+
+def test_bounds_that_were_moved_are_moved_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x keeps the bound 1 as the second search moved it, by 8e-10, and the bound 3 is not seen to stop it."""
+    monkeypatch.setattr(resolver, "take_enclosed", lambda *_: False)  # which takes a thousand times longer
+    problem = Hierarchy(
+        [Level([[1.0, 2.0]], [9.0])], limits=Level([[1.0, 0.0], [0.0, 1.0]], upper=[1.0, 3.0])
+    )
+    answer, state = np.zeros(problem.layout.answer_size), np.array([0, 0, 1, 0, 1], np.int8)
+    answer_of(answer, 2, 3, 1).x[:] = [1.0 + 8e-10, 4.0]
+    found = resolution_of(problem, answer, state, Outcome.STILL_PERTURBED, 160)
+    assert found.x == pytest.approx(exact_optimum(problem), abs=1e-15)
+    assert found.claimed
+    assert found.kkt_met()
+
+
+def test_a_violation_shows_that_bounds_were_moved() -> None:
+    """Hard rows that contradict each other by 3e-10 keep that violation: a solved tick says so."""
+    assert run_tick(tight_hierarchy(210))[0] == Outcome.STILL_PERTURBED
+    assert run_tick(tight_hierarchy(1))[0] == Outcome.SOLVED
 
 
 def multipliers(
