@@ -4,11 +4,17 @@ This is the only module of `recording` that imports its `viewer`, and with it Re
 data imports the other modules and does not wait for Rerun.
 """
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
-from taskopt.errors import InvalidValue
+from taskopt.errors import InvalidValue, LogFailed
+from taskopt.loop.run import Step
 from taskopt.recording.manifest import FILE as MANIFEST
 from taskopt.recording.manifest import ManifestSink
 from taskopt.recording.reading import LOGS, RECORDING
@@ -41,6 +47,61 @@ class Log(BufferedRecorder):
             RecordingSink(folder / RECORDING, live),
         )
         super().__init__(info, sinks)
+
+    def __enter__(self) -> Self:
+        """Open all files.
+
+        Returns:
+            The log itself.
+
+        Raises:
+            LogFailed: A file cannot be written, as on a full disk.
+        """
+        with self._failing():
+            return super().__enter__()
+
+    def write(self, step: Step) -> None:
+        """Keep a step, and write what has waited long enough.
+
+        Args:
+            step: The step to record.
+
+        Raises:
+            LogFailed: A file cannot be written any more, as on a full disk.
+        """
+        try:
+            super().write(step)
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Write the remaining steps and close all files; the manifest says if that failed.
+
+        Args:
+            kind: The type of the exception that ended the run; None if the run finished.
+            error: That exception.
+            trace: Its traceback.
+
+        Raises:
+            LogFailed: A file cannot be written any more, as on a full disk.
+        """
+        with self._failing():
+            super().__exit__(kind, error, trace)
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        """Turn errors of the system into one that names the folder."""
+        try:
+            yield
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> LogFailed:
+        """Return an error that names the folder and its reason in one line."""
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        return LogFailed(f"the recording {self.folder} cannot be written: {reason}; what was written is kept")
 
 
 def open_log(info: RunInfo, root: str | Path = LOGS, live: str | None = None) -> Log:

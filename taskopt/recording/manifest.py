@@ -3,6 +3,7 @@
 import json
 import platform
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from taskopt.log.provenance import Json, commit_of, machine, now, versions
 from taskopt.loop.run_log import scenario_facts
@@ -10,6 +11,7 @@ from taskopt.recording.batch import Batch
 from taskopt.recording.run_info import RunInfo
 
 FILE = "manifest.json"
+RESERVE = 1 << 16  # bytes that are kept for the end of a manifest, on a disk that becomes full
 
 
 class ManifestSink:
@@ -30,6 +32,9 @@ class ManifestSink:
             info: The facts about the run.
         """
         self._content = manifest(info)
+        self._reserve = TemporaryFile(dir=self.path.parent)  # noqa: SIM115 (closed at the end)
+        self._reserve.write(bytes(RESERVE))
+        self._reserve.flush()
         self._ticks = dict.fromkeys(info.resolvers, 0)
         self._write("running")
 
@@ -48,6 +53,7 @@ class ManifestSink:
             status: "finished", or "interrupted" if the run ended early.
         """
         self._content["ended"] = now()
+        self._reserve.close()
         self._write(status)
 
     def _write(self, status: str) -> None:

@@ -1,6 +1,6 @@
 """Recorders, which receive the steps of a run, and sinks, which receive them in batches."""
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import ExitStack
 from threading import Event, Lock, Thread
 from time import monotonic
@@ -178,7 +178,7 @@ class BufferedRecorder:
         status = "finished" if kind is None and failure is None else "interrupted"
         with ExitStack() as closing:
             for sink in self._sinks:
-                closing.callback(sink.close, status)
+                closing.push(_closing(sink, status))
             self._flush()
         if failure is not None and error is None:
             raise failure
@@ -206,3 +206,14 @@ class BufferedRecorder:
                         # `write` raises it, or `__exit__`.
                         self._failure = error
                         return
+
+
+def _closing(sink: Sink, status: str) -> Callable[[object, object, object], bool]:
+    """Return a function that closes a sink, as interrupted if something failed before."""
+
+    def close(kind: object, error: object, trace: object) -> bool:  # noqa: ARG001 (an exit has three arguments)
+        """Close the sink, and let the error pass."""
+        sink.close(status if kind is None else "interrupted")
+        return False
+
+    return close

@@ -152,3 +152,21 @@ def test_an_error_of_the_run_is_told_that_the_log_lacks_steps(info, steps, impat
     with pytest.raises(RuntimeError, match="a solver crashed") as caught:
         list(record(pauses(log, steps["pinv"][0], error=crash), log))
     assert caught.value.__notes__ == ["the log lacks steps, since a recorder failed: disk full"]
+
+
+def test_sinks_are_closed_as_interrupted_if_the_last_steps_cannot_be_written(info, steps):
+    """A disk that becomes full with the last batch does not leave a manifest that says "finished"."""
+
+    class Full(Basket):
+        """A sink that takes nothing."""
+
+        def take(self, batch) -> None:
+            raise OSError("no space left")
+
+    before, after = Basket(), Basket()
+    with (
+        pytest.raises(OSError, match="no space left"),
+        BufferedRecorder(info, [before, Full(), after]) as log,
+    ):
+        log.write(steps["pinv"][0])
+    assert [before.events, after.events] == [["open", "interrupted"]] * 2

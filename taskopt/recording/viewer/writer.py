@@ -5,19 +5,21 @@ import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from queue import Empty, Full, Queue
+from shutil import disk_usage
 from threading import Event, Thread
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from taskopt.arrays import IntArray
-from taskopt.errors import InvalidValue, NotInstalled
+from taskopt.errors import InvalidValue, LogFailed, NotInstalled
 from taskopt.log.provenance import Json
 from taskopt.recording.batch import Nanoseconds
 from taskopt.recording.viewer.open import viewer_program
 
 TIME, TICK = "sim_time", "tick"
 _BACKLOG = 200  # largest number of sends that wait for a viewer; beyond it the viewer gets no more
+_SMALL = 1 << 20  # bytes; Rerun does not say why it gave up, and with less than this it is no riddle
 _GOODBYE = 2.0  # [s] of wall-clock time that a viewer has to take the rest when a run ends
 
 _MERGING = 60.0  # [s] of wall-clock time after which a file stays in pieces
@@ -116,16 +118,30 @@ class RecordingWriter:
         self._send(lambda stream: stream.send_property(name, rr.AnyValues(drop_untyped_nones=True, **plain)))
 
     def flush(self) -> None:
-        """Write everything that was sent to the file, so that it is kept if the process is killed."""
-        self._file.flush()
+        """Write everything that was sent to the file, so that it is kept if the process is killed.
+
+        Raises:
+            LogFailed: The file cannot be written, as on a full disk.
+        """
+        try:
+            self._file.flush()
+        except RuntimeError as error:
+            full = "no space is left on the disk; " if disk_usage(self._path.parent).free < _SMALL else ""
+            raise LogFailed(f"{full}Rerun says of {self._path.name}: {error}") from error
 
     def close(self) -> None:
-        """Complete the file in its shortest form, and send the rest to the viewer for at most 2 s."""
-        self._file.flush()
-        self._file.disconnect()
-        optimise(self._path)
-        if self._viewer is not None:
-            self._viewer.close()
+        """Complete the file in its shortest form, and send the rest to the viewer for at most 2 s.
+
+        Raises:
+            LogFailed: The file cannot be written, as on a full disk.
+        """
+        try:
+            self.flush()
+            self._file.disconnect()
+            optimise(self._path)
+        finally:
+            if self._viewer is not None:
+                self._viewer.close()
 
     def _send(self, send: Send) -> None:
         """Send to the file now, and to the viewer from its own thread."""
