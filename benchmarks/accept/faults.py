@@ -713,6 +713,18 @@ _OF_KINEMATICS = (
         "if lower > upper and lower - upper <= CROSSED",
         "if lower > upper or lower - upper <= -CROSSED",
     ),
+    Fault(
+        "a posture below a level near a loss of rank is not damped",
+        "hierarchy/rest_rows.py",
+        "swing / heaviest - 1.0",
+        "0.0 * swing / heaviest - 1.0",
+    ),
+    Fault(
+        "the quick look forgets levels below",
+        "hierarchy/rank_doubt.py",
+        "return min(squares * (dt * steepest) ** 2",
+        "return min(0.0 * squares * (dt * steepest) ** 2",
+    ),
     _constant("a link at its margin may move 1 cm", "CONTACT", "1e-9", "1e-2"),
     Fault(
         "distance limits keep no reserve",

@@ -12,6 +12,10 @@ Two bounds of ε² are taken, and the smaller counts. The first is Δt R ‖b‖
 meet their levels: with b = J x + r, and ε² σ/(σ² + ε²) ≤ ε/2, the part of b that damping ε leaves is at most
 ½ ε ‖x‖ + ‖r‖, hence ε² ≤ a ε + c with a = ½ Δt R ‖x‖ and c = Δt R ‖r‖.
 
+A level that is met may still bend so much that the level below does not come to rest, see `rest`: with the
+gradient p = A₂ᵀ (A₂ x − b₂) of the cost of that level, ‖λ‖ ≤ ‖p‖/σ_min. The test asks for a σ_min that rules
+this out, or for one that is not weak.
+
 A factorisation serves many ticks: σ_min of B is at least s = 1/‖L⁻¹‖ of that tick (Frobenius norm, with
 L Lᵀ = B Bᵀ) less the norm of the change of B since. What a new factorisation would decide stays the same.
 """
@@ -21,14 +25,15 @@ from typing import NamedTuple
 import numpy as np
 
 from taskopt.arrays import Array, IntArray, Mask, StateArray
-from taskopt.hierarchy.tolerances import REST_LEAST, ZERO_ROW
+from taskopt.hierarchy.tolerances import NEAR_LOSS, REST_LEAST, ZERO_ROW
 from taskopt.hierarchy.view import Rows, view_rows
 from taskopt.jit import kernel, kernel_apart
 from taskopt.jit.borrowed import borrowed
 
 LITTLE = 0.01  # share of all that is asked for, up to which a row asks for next to nothing
 _GROWTH = 1.25  # by which a lower bound of σ_min is raised until a factorisation refuses it
-_PERIOD, _LEAST, _COUNT, _ROWS = 0, 1, 2, 3  # where Δt, s, the number of rows and B stand in `watch`
+_PERIOD, _BELOW, _LEAST, _COUNT, _ROWS = 0, 1, 2, 3, 4
+"""Where Δt, Δt for levels below, s, the number of rows and B stand in `watch`."""
 
 
 class Scratch(NamedTuple):
@@ -64,7 +69,7 @@ def watch_size(n: int, row_count: int) -> int:
 
 
 def new_watch(n: int, groups: IntArray) -> Array:
-    """Return the array that `rank_in_doubt` keeps from call to call, with a Δt of 0.
+    """Return the array that `rank_in_doubt` keeps from call to call, with both Δt 0.
 
     Args:
         n: Number of unknowns.
@@ -94,8 +99,9 @@ def rank_in_doubt(
         x: (n,) the answer.
         state: (n + M,) its active set.
         base: (2 n,) lower and upper bounds of x that do not depend on the posture, such as limits on speed.
-        watch: Array of `new_watch`: Δt [s], then what is kept of the last factorisation: s, the number of
-            rows of B, and B; then the group of each row, and the memory of a `Scratch`.
+        watch: Array of `new_watch`: Δt [s] twice, the second 0 if levels below are not to be looked at; then
+            what is kept of the last factorisation: s, the number of rows of B, and B; then the group of each
+            row, and the memory of a `Scratch`.
 
     Returns:
         True if a level may need damping.
@@ -106,6 +112,8 @@ def rank_in_doubt(
     problem = view_rows(buffer, n, norm, offsets, columns)
     groups, scratch = _groups(watch, n, columns.size), _scratch(watch, n, columns.size)
     last, size, limit = _largest_threshold(problem, x, state, groups, watch[_PERIOD], scratch)
+    if watch[_BELOW] > 0.0:
+        limit = max(limit, _swing_limit(problem, x, state, groups, watch[_BELOW], scratch))
     if limit < REST_LEAST:
         return False
     B = scratch.B
@@ -190,6 +198,49 @@ def _largest_threshold(
     slip = 0.5 * dt * np.sqrt(slip * np.dot(x, x))
     left = dt * (missed + little)
     return last, lever, min(dt * asked, 0.25 * (slip + np.sqrt(slip**2 + 4.0 * left)) ** 2)
+
+
+@kernel
+def _swing_limit(
+    problem: Rows, x: Array, state: StateArray, groups: Array, dt: float, scratch: Scratch
+) -> float:
+    """Return σ_min² up to which a level below curved rows may swing, after `_largest_threshold`.
+
+    Curved rows of such a level are left out, since they are damped by themselves.
+    """
+    pull, squares, lever, steepest, above = scratch.levers, 0.0, 0.0, 0.0, False
+    for k in range(1, problem.offsets.size - 1):
+        heaviest, curved, first, stop = 0.0, False, problem.offsets[k], problem.offsets[k + 1]
+        for j in range(x.size):
+            pull[j] = 0.0
+        for i in range(first, stop):
+            if groups[i] > 0.0:
+                curved = True
+                if i == first or groups[i] != groups[i - 1]:
+                    squares, lever = squares + scratch.slips[i], max(lever, scratch.slips[i])
+            elif above and _is_held(problem, state, i):
+                heaviest = max(heaviest, _add_pull(problem, x, state, i, pull))
+        if heaviest > 0.0:
+            steepest = max(steepest, np.sqrt(np.dot(pull, pull)) / heaviest)
+        above |= curved
+    return min(squares * (dt * steepest) ** 2, NEAR_LOSS**2 * lever)
+
+
+@kernel
+def _add_pull(problem: Rows, x: Array, state: StateArray, i: int, pull: Array) -> float:
+    """Add w aᵀ (a x − b) of a row to the gradient of its level, and return w ‖a‖²."""
+    n, j = x.size, problem.columns[i]
+    bound = problem.lower[i] if state[n + i] < 0 else problem.upper[i]
+    if j >= 0:
+        pull[j] += problem.weight[i] * (x[j] - bound)
+        return problem.weight[i]
+    value, squares = 0.0, 0.0
+    for c in range(n):
+        value += problem.A[i, c] * x[c]
+        squares += problem.A[i, c] ** 2
+    for c in range(n):
+        pull[c] += problem.weight[i] * problem.A[i, c] * (value - bound)
+    return problem.weight[i] * squares
 
 
 @kernel

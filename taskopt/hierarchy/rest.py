@@ -21,6 +21,13 @@ quickly there. What its free directions n do is therefore damped, too, in the le
 vanish as the smallest σ reaches ε. Nothing is taken from lower levels before, and joints that do not move the
 tasks of the level stay free.
 
+A level that is met turns its null space quickly, too, where it is near a loss of rank. With λ its multipliers
+in the optimum of the level below, Aᵀ λ = A₂ᵀ (A₂ x − b₂), the cost of that level has the second derivative
+λᵀ f″ along n besides its own n A₂ᵀ A₂ n, and λ grows as 1/σ: at a target at full stretch, the posture throws
+the arm back and forth although every level is met. Free directions are damped in the level below by what
+Δt Σ_g R_g ‖λ_g‖ is more than the weight of that level. Only weak directions count, with σ a small part of a
+lever arm, by 1 − σ²/σ₀²: elsewhere the bound by lever arms would be far too large.
+
 Source: the threshold is that of the step of Gauss and Newton, as in Pfeiffer, Escande, Gergondet and Kheddar
 (2023), "The Hierarchical Newton's Method for Numerically Stable Prioritized Dynamic Control".
 """
@@ -29,7 +36,7 @@ import numpy as np
 
 from taskopt.arrays import Array, IntArray
 from taskopt.hierarchy.directions import singular_values
-from taskopt.hierarchy.tolerances import DEPENDENT_DIRECTION, REST_LEAST, THRESHOLD_FOUND
+from taskopt.hierarchy.tolerances import DEPENDENT_DIRECTION, NEAR_LOSS, REST_LEAST, THRESHOLD_FOUND
 from taskopt.jit import kernel, kernel_apart
 
 _ROUNDS = 60  # of the fixed point of ε²; its first value is an upper bound, and each round lowers it
@@ -90,6 +97,37 @@ def damped_directions(
             _turn_back(Vt, a, free, np.sqrt(limit - square), rows[count])
             count, weakest = count + 1, square
     return (limit, 1.0 - weakest / limit, count) if count > 0 else (0.0, 0.0, 0)
+
+
+@kernel_apart
+def swing_below(A: Array, group: IntArray, free: Array, pull: Array, limit: float, dt: float) -> float:
+    """Bound what the bending of a level adds to the second derivative of the cost of the level below.
+
+    Args:
+        A: Rows of the level, each times √w, (m, n).
+        group: As of `damped_directions`.
+        free: Orthonormal basis of the directions that are free to the level, one in each row, (f, n).
+        pull: Gradient A₂ᵀ (A₂ x − b₂) of the cost of the level below, (n,).
+        limit: ε² of the level, below which no σ² counts.
+        dt: Δt [s].
+
+    Returns:
+        Δt Σ_g R_g ‖λ_g‖, in the unit of A₂².
+    """
+    m, n = A.shape
+    levers = _levers(A, group)
+    if m == 0 or free.shape[0] == 0 or levers.max() == 0.0:
+        return 0.0
+    U, sigma, Vt = singular_values(_turned(A, free))
+    prices, row, near = np.zeros(m), np.empty(n), NEAR_LOSS * levers.max()
+    for a in range(sigma.size):
+        if DEPENDENT_DIRECTION * near < sigma[a] < near:
+            weak = 1.0 - (sigma[a] / near) ** 2
+            _turn_back(Vt, a, free, weak / np.sqrt(max(sigma[a] * sigma[a], limit)), row)
+            price = np.dot(row, pull)
+            for i in range(m):
+                prices[i] += U[i, a] * price
+    return dt * _weighed(prices, group, levers)
 
 
 @kernel

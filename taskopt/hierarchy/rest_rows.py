@@ -5,7 +5,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.hierarchy.directions import null_space
 from taskopt.hierarchy.rank_doubt import near_limits
-from taskopt.hierarchy.rest import damped_directions, rank_within
+from taskopt.hierarchy.rest import damped_directions, rank_within, swing_below
 from taskopt.hierarchy.tolerances import FREE_DIRECTION_WEIGHT, ZERO_ROW
 from taskopt.hierarchy.view import Rows, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
@@ -128,13 +128,18 @@ def damp_free(
             free = _moving(problem, kinds, k)
             for j in range(n):
                 free[j] &= held[j] == 0
-            limit, gate, r = _damp_level(problem, level, x, (decided, hard, count), free, places[0, k], dt)
-            thresholds[k] = limit
-            found += r > 0
+            basis = null_space(decided, count, free)
+            taken = _taken(level[0], (decided, hard, count), free, basis)
+            limit, gate, r = _damp_level(problem, level, x, basis, taken, places[0, k], dt)
+            thresholds[k], below = limit, FREE_DIRECTION_WEIGHT * gate if r > 0 else 0.0
             count = _append(problem.A[places[0, k] : places[0, k] + r], decided, count)
-            if r > 0 and places[1, k] >= 0:
+            if places[1, k] >= 0:
+                next_rows = _rows_that_hold(problem, kinds, state, k + 1)
+                below = max(below, _swing(level, basis, next_rows, x, limit, dt))
+            if below > 0.0:
                 after = _append(level[0], decided, count)
-                _damp_below(problem, k + 1, null_space(decided, after, free), gate, places[1, k])
+                _damp_below(problem, k + 1, null_space(decided, after, free), below, places[1, k])
+            found += r > 0 or below > 0.0
         count = _append(level[0], decided, count)
     return found
 
@@ -197,16 +202,44 @@ def _rows_that_hold(
 
 
 @kernel
+def _taken(A: Array, decided: tuple[Array, int, int], free: Mask, basis: Array) -> int:
+    """Return the number of directions that rows lack because levels before, not hard rows, decide them."""
+    rows, hard, count = decided
+    if count == hard:
+        return 0
+    return max(0, rank_within(A, null_space(rows, hard, free)) - rank_within(A, basis))
+
+
+@kernel
+def _swing(
+    level: tuple[Array, Array, IntArray], basis: Array, below: tuple[Array, Array, IntArray], x: Array,
+    limit: float, dt: float,
+) -> float:  # fmt: skip
+    """Return the weight that damps the free directions of a level, relative to the rows of the level below.
+
+    Rows of that level that are curved do not count; they are damped by themselves.
+    """
+    A, b, group = below
+    pull, heaviest = np.zeros(x.size), 0.0
+    for i in range(b.size):
+        if group[i] <= 0:
+            left = np.dot(A[i], x) - b[i]
+            heaviest = max(heaviest, np.dot(A[i], A[i]))
+            for j in range(x.size):
+                pull[j] += A[i, j] * left
+    if heaviest == 0.0:
+        return 0.0
+    swing = swing_below(level[0], level[2], basis, pull, limit, dt)
+    return min(max(0.0, swing / heaviest - 1.0), FREE_DIRECTION_WEIGHT)
+
+
+@kernel
 def _damp_level(
-    problem: Rows, level: tuple[Array, Array, IntArray], x: Array, decided: tuple[Array, int, int],
-    free: Mask, place: int, dt: float,
+    problem: Rows, level: tuple[Array, Array, IntArray], x: Array, basis: Array, taken: int, place: int,
+    dt: float,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Write the rows that damp a level whose rows of damping begin at `place`; see `damped_directions`."""
     A, b, group = level
-    rows, hard, count = decided
-    basis, taken = null_space(rows, count, free), 0
-    if count > hard:
-        taken = max(0, rank_within(A, null_space(rows, hard, free)) - rank_within(A, basis))
     rest, inside = x.copy(), 0.0
     for f in range(basis.shape[0]):
         inside = 0.0
@@ -223,8 +256,11 @@ def _damp_level(
 
 
 @kernel
-def _damp_below(problem: Rows, k: int, free: Array, gate: float, place: int) -> None:
-    """Write the rows √μ n of level k, from `place` on, that damp what the level above it leaves free."""
+def _damp_below(problem: Rows, k: int, free: Array, factor: float, place: int) -> None:
+    """Write the rows √μ n of level k, from `place` on, that damp what the level above it leaves free.
+
+    μ is a factor times the weight of the heaviest row of level k.
+    """
     largest = 0.0
     for i in range(problem.offsets[k], problem.offsets[k + 1]):
         if problem.lower[i] > -np.inf or problem.upper[i] < np.inf:
@@ -233,7 +269,7 @@ def _damp_below(problem: Rows, k: int, free: Array, gate: float, place: int) -> 
                 squares += problem.A[i, j] * problem.A[i, j]
             largest = max(largest, problem.weight[i] * squares)
     for i in range(free.shape[0]):
-        _copy_row(free, i, np.sqrt(FREE_DIRECTION_WEIGHT * gate * largest), problem.A, place + i)
+        _copy_row(free, i, np.sqrt(factor * largest), problem.A, place + i)
     _close(problem, place, free.shape[0])
 
 

@@ -864,6 +864,13 @@ Smaller: lower levels move on while the null space turns, and shake by the share
 Larger: lower levels are held to rest more closely, and the level below is harder to solve.
 """
 
+NEAR_LOSS = 0.05
+"""Singular value of a level below which its bending may make the level below swing, relative to a lever arm.
+
+Smaller: the posture of an arm may swing that has just reached a target near full stretch. Larger: robots with
+high gains are damped on their way; 0.15 occurs on a circle of the Panda in the middle of its workspace.
+"""
+
 DEPENDENT_DIRECTION = 1e-9
 """Singular value of rows of length 1 below which they leave a direction free for damping.
 

@@ -178,7 +178,7 @@ def watch_of(tick: Tick) -> Array:
         tick: Arguments of the compiled function.
 
     Returns:
-        View, see `new_watch`. Its first entry is Δt [s], or 0 if no tick is to be damped.
+        View, see `new_watch`. Its first two entries are Δt [s], or 0 if no tick is to be damped.
     """
     return tick[1][-watch_size(int(tick[0][Header.UNKNOWNS]), int(tick[0][Header.ROWS])) :]
 

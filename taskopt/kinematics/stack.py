@@ -408,7 +408,7 @@ class Plan:
 
     def _write_base_box(self) -> None:
         """Write the box with which ticks begin, the bounds that do not depend on the posture, and Δt."""
-        watch_of(self.tick)[0] = 0.0 if self.stack.damping is None else self.dt
+        watch_of(self.tick)[:2] = 0.0 if self.stack.damping is None else self.dt
         bounds = base_box(self.tick)
         bounds[:] = 0.0
         bounds[0], bounds[1] = -np.inf, np.inf

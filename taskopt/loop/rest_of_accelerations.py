@@ -41,9 +41,9 @@ class RestOfAccelerations(Rest):
         self.look()
 
     def look(self) -> None:
-        """Tell the quick look the largest 1/K_P of the rows that bend; see `Rest.look`."""
+        """Tell the quick look the largest 1/K_P of the rows that bend, but of no level below; see `Rest`."""
         gains = [gain for task, _ in self._curved for gain in task.gain.tolist() if gain > 0.0]
-        watch_of(self._plan.tick)[0] = 1.0 / min(gains) ** 2 if gains else 0.0
+        watch_of(self._plan.tick)[:2] = 1.0 / min(gains) ** 2 if gains else 0.0, 0.0
 
     def answer(self, undamped: Resolution) -> Resolution:
         """Return the answer of a tick, damped if need be; see `Rest.answer`."""

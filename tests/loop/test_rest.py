@@ -405,7 +405,7 @@ def doubt(rows: np.ndarray, b: np.ndarray, x: np.ndarray, watch: np.ndarray | No
     h = Hierarchy([Level(rows, b)])
     if watch is None:
         watch = new_watch(h.n, np.ones(len(b), dtype=np.int64))
-        watch[0] = DT
+        watch[:2] = DT
     base = np.r_[np.full(h.n, -np.inf), np.full(h.n, np.inf)]
     state, layout = np.zeros(h.layout.width, dtype=np.int8), h.layout
     return rank_in_doubt(h.buffer, h.norm.copy(), layout.offsets, layout.columns, x, state, base, watch)
@@ -416,7 +416,7 @@ def test_no_level_that_would_be_damped_passes_the_quick_test(seed: int) -> None:
     """Also with what it keeps of a factorisation of other rows; and some levels do pass."""
     rng = np.random.default_rng(seed)
     watch = new_watch(6, np.ones(3, dtype=np.int64))
-    watch[0] = DT
+    watch[:2] = DT
     for least in 10.0 ** -rng.uniform(-0.5, 4.0, 20):
         U, _, Vt = np.linalg.svd(rng.standard_normal((3, 6)), full_matrices=False)
         A, b = U @ np.diag([1.0, 0.5, least]) @ Vt, rng.standard_normal(3)

@@ -44,7 +44,8 @@ class Tables(NamedTuple):
         first: Weights of the rows of the first level, unless that is the last one, (k,).
         period: Δt [s], or 0 if the stack has no damping, (1,).
         group: Group of each row of M whose entries change with the posture, 0 of the others, (m,).
-        share: Weight of each row of M as a share of the least one of curved rows in its level, (m,).
+        share: Weight of each row of M as a share of the least one of curved rows in its level, or of the
+            largest one if there are none, (m,).
         heaviest: Largest of these in the group of each row, (m,).
         counted: True for curved rows of M, and for all in levels before the last curved one, (m,).
         box: Lower and upper bounds with which each tick starts, (2, nv) [rad/s, m/s].
@@ -215,8 +216,9 @@ class Reader:
         level = np.repeat(np.arange(layout.level_count + 1), np.diff(layout.offsets))
         curved = self._plan.groups > 0
         share = np.ones(len(level))
-        for k in np.unique(level[curved]):
-            share[level == k] = weight[level == k] / weight[curved & (level == k)].min()
+        for k in np.unique(level):
+            own, bent = level == k, curved & (level == k)
+            share[own] = weight[own] / (weight[bent].min() if bent.any() else weight[own].max())
         heaviest = [share[self._plan.groups == group].max() for group in self._plan.groups]
         last = level[curved].max(initial=0)
         counted = curved | (level < last)

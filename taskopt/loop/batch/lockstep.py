@@ -94,7 +94,8 @@ def resolve_arms(tables, arms, first, stop, memory):
     )
     scratch = scratch_in(columns[7 * n + 1 :], m, n)
     cost = Cost(t.D, t.root, t.slack, t.first)
-    watch = Watch(t.period, t.group, t.share, t.heaviest, t.counted, t.box)
+    below = t.D[: n if t.costs.shape[0] > 0 else 0]
+    watch = Watch(t.period, t.group, t.share, t.heaviest, t.counted, t.box, below)
     for begin in range(first, stop, PACK):
         _gather(t, arms, begin, stop, state, answers.state)
         fill_pack(t, state, rows)

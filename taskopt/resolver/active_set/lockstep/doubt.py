@@ -1,12 +1,13 @@
 """The test of `taskopt.hierarchy.rank_doubt` for eight arms in lock-step: may a level be near a loss of rank?
 
-It has the same bounds of ε² and the same rows B, and asks if B Bᵀ − ε² I can be factored. Nothing is kept
+It has the same bounds of ε² and of what makes a level below swing, and the same rows B, and asks if
+B Bᵀ − ε² I can be factored. Nothing is kept
 from step to step, since a factorisation of eight arms costs less than finding out which arms need a new one.
 """
 
 from taskopt.arrays import Array
 from taskopt.hierarchy.rank_doubt import LITTLE
-from taskopt.hierarchy.tolerances import REST_LEAST, ZERO_ROW
+from taskopt.hierarchy.tolerances import NEAR_LOSS, REST_LEAST, ZERO_ROW
 from taskopt.jit import kernel
 from taskopt.jit.pack import load, root, size, spread, store, where_less
 from taskopt.resolver.active_set.lockstep.factor import factorise
@@ -33,7 +34,9 @@ def ranks_in_doubt(
     squares = spread(0.0)
     for j in range(n):
         squares = squares + load(x, j) * load(x, j)
-    limit, lever = _largest_threshold(watch, rows, x, squares, scratch.trial, shape)
+    limit, lever, slip = _largest_threshold(watch, rows, x, squares, scratch.trial, shape)
+    swing = _swing_limit(watch, rows, x, slip, scratch.trial, shape)
+    limit = where_less(limit, swing, swing, limit)
     _leave_out_near(watch, rows, root(squares), scratch.trial, n)
     for a in range(m):
         length = spread(0.0)
@@ -56,15 +59,55 @@ def ranks_in_doubt(
 @kernel
 def _largest_threshold(
     watch: Watch, rows: ArmRows, x: Array, squares: Array, levers: Array, shape: tuple[int, int]
-) -> tuple[Array, Array]:
-    """Return a bound of ε², and the largest lever."""
-    asked, lever, _, _ = _sum_groups(watch, rows, x, spread(0.0), levers, shape)
+) -> tuple[Array, Array, Array]:
+    """Return a bound of ε², the largest lever, and the sum of R² max w of all groups."""
+    asked, lever, _, whole = _sum_groups(watch, rows, x, spread(0.0), levers, shape)
     _, _, left, slip = _sum_groups(watch, rows, x, asked, levers, shape)
     period = watch.period[0]
     slip = period * root(slip * squares)
     both = slip + root(slip * slip + (4.0 * period) * left)
     short, long = period * asked, 0.25 * (both * both)
-    return where_less(short, long, short, long), lever
+    return where_less(short, long, short, long), lever, whole
+
+
+@kernel
+def _swing_limit(
+    watch: Watch, rows: ArmRows, x: Array, slip: Array, levers: Array, shape: tuple[int, int]
+) -> Array:
+    """Return σ_min² up to which a level below curved rows may swing; see `rank_doubt`."""
+    m, n = shape
+    heaviest = spread(0.0)
+    for j in range(n):
+        store(levers, j, spread(0.0))
+    for a in range(m):
+        if not watch.counted[a]:
+            value, squares = spread(0.0), spread(0.0)
+            for j in range(n):
+                entry = load(rows.A, a * n + j)
+                value, squares = value + entry * load(x, j), squares + entry * entry
+            left = watch.weight[a] * (value - load(rows.r, a))
+            for j in range(n):
+                store(levers, j, load(levers, j) + load(rows.A, a * n + j) * left)
+            squares = watch.weight[a] * squares
+            heaviest = where_less(heaviest, squares, squares, heaviest)
+    steepest, weight = _steepness(levers, heaviest, n), 0.0
+    for j in range(watch.below.size):
+        store(levers, j, watch.below[j] * (load(x, j) - load(rows.x0, j)))
+        weight = max(weight, watch.below[j])
+    last = _steepness(levers, spread(weight), watch.below.size)
+    swing = watch.period[0] * watch.period[0] * slip * where_less(steepest, last, last, steepest)
+    weak = (NEAR_LOSS * NEAR_LOSS) * slip  # at least the square of the largest lever
+    return where_less(swing, weak, swing, weak)
+
+
+@kernel
+def _steepness(pull: Array, heaviest: Array, n: int) -> Array:
+    """Return ‖p‖² over the square of the heaviest weight, 0 where there is none."""
+    total = spread(0.0)
+    for j in range(n):
+        total = total + load(pull, j) * load(pull, j)
+    least = where_less(heaviest, ZERO_ROW, 1.0, heaviest)
+    return where_less(heaviest, ZERO_ROW, 0.0, total / (least * least))
 
 
 @kernel
@@ -86,7 +129,7 @@ def _sum_groups(
             own, missed, square = _sum_group(watch, rows, x, levers, (first, stop, n))
             total, left = total + own, left + missed
             left = left + where_less(LITTLE * asked, own, 0.0, own)
-            slip = slip + where_less(LITTLE * asked, own, watch.heaviest[first] * square, 0.0)
+            slip = slip + where_less(own, LITTLE * asked, 0.0, watch.heaviest[first] * square)
             lever = where_less(lever, root(square), root(square), lever)
         first = stop
     return total, lever, left, slip

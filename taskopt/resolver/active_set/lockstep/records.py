@@ -37,6 +37,7 @@ class Watch(NamedTuple):
         heaviest: Largest of these in the group of each row, (m,).
         counted: True for rows of B: curved ones, and all of the levels before the last curved one, (m,).
         base: Bounds of x that do not depend on the posture, (2, n).
+        below: Weight of each column in the last level, (n,), or (0,) if there is none but the norm.
     """
 
     period: Array
@@ -45,6 +46,7 @@ class Watch(NamedTuple):
     heaviest: Array
     counted: BoolArray
     base: Array
+    below: Array
 
 
 class ArmRows(NamedTuple):

@@ -1,8 +1,8 @@
 """The still targets of `accept/rest.py` on the Panda through pink and mink, each in its own environment.
 
     python benchmarks/peers/environments.py FOLDER
-    python benchmarks/peers/rest.py --peers FOLDER                 # 132 targets, rewrites rest.txt
-    python benchmarks/peers/rest.py --peers FOLDER --targets 12    # a sample, to the terminal only
+    python benchmarks/peers/still.py --peers FOLDER                 # 134 targets, rewrites still.txt
+    python benchmarks/peers/still.py --peers FOLDER --targets 12    # a sample, to the terminal only
 
 The targets are those without limits on distances, which the libraries state in different ways: reachable,
 blocked, out and stretched. Start, gain, period and limits are the same. The peers have one level, in which
@@ -16,11 +16,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-BENCHMARKS = Path(__file__).parents[1]
-sys.path[:0] = [str(BENCHMARKS), str(BENCHMARKS / "accept")]
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
-import rest as ours
+from accept import rest as ours
 from cases import BenchmarkCase, benchmark_case
 from peers.environments import PEERS, installed, interpreter
 from peers.handed import HERE, hand_over, retimed
@@ -72,7 +71,7 @@ def main() -> None:
     tables = []
     for name in sorted(installed(options.peers).keys() & set(NAMES)):
         script, solver = PEERS[name].script, PEERS[name].solvers[0]
-        command = [interpreter(options.peers, name), HERE / "rest_served.py", folder, script, solver, TICKS]
+        command = [interpreter(options.peers, name), HERE / "still_served.py", folder, script, solver, TICKS]
         subprocess.run([str(word) for word in command], check=True)
         found = outcomes(case, [kind for kind, _ in jobs], np.load(folder / "answers.npy"))
         tables.append(ours.told(f"{name} {solver}", found)[0])

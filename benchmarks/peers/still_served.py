@@ -1,4 +1,4 @@
-"""Still targets through a peer, in its own environment; started by `rest.py`.
+"""Still targets through a peer, in its own environment; started by `still.py`.
 
 The arguments are a folder of `handed.hand_over`, whose poses are one target for each run, the script of the
 peer, a solver, and the number of ticks. The velocities of all runs go to `answers.npy` in that folder,
