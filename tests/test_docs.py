@@ -23,7 +23,10 @@ from taskopt.resolver.registry import resolver_names
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(taskopt.__file__).parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
-NOTEBOOKS = sorted((ROOT / "docs").glob("*.ipynb"))
+NOTEBOOKS = [
+    pytest.param(path, marks=[pytest.mark.slow] if path.stem == "log" else [], id=path.stem)
+    for path in sorted((ROOT / "docs").glob("*.ipynb"))
+]
 REFERENCE = sorted((ROOT / "docs" / "reference").glob("*.md"))
 PRINTS = "# prints "
 
@@ -106,7 +109,7 @@ def stale_cells(notebook: str) -> list[str]:
     return faults if any(cell["outputs"] for cell in cells) else ["no cell shows anything"]
 
 
-@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
+@pytest.mark.parametrize("notebook", NOTEBOOKS)
 def test_a_notebook_shows_what_its_cells_print(notebook: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The code cells run one after the other, and print the output that is stored with them."""
     monkeypatch.setenv("MPLBACKEND", "Agg")
