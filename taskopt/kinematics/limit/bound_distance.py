@@ -320,7 +320,16 @@ def braked(distance, pair, gain, dt):
 
 @kernel
 def largest_share(first, second, budget):
-    """Return the s > 0 for which s · first + s² · second = budget [m]."""
+    """Return the share of the nominal speeds that spends a budget.
+
+    Args:
+        first: Loss that grows with s, at s = 1 [m].
+        second: Loss that grows with s², at s = 1 [m].
+        budget: What may be lost [m].
+
+    Returns:
+        The s for which s · first + s² · second = budget.
+    """
     return 2.0 * budget / (first + np.sqrt(first * first + 4.0 * second * budget))
 
 
