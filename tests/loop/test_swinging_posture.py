@@ -56,6 +56,19 @@ def test_a_posture_below_a_target_at_full_stretch_comes_to_rest(seed: int) -> No
     assert run(seed, damped=False)[0] > 0.1
 
 
+def test_a_posture_is_slowed_down_beside_full_stretch_only() -> None:
+    """One tick at a target that is met: beside full stretch the posture is damped, elsewhere it is not."""
+    arm = planar_arm([0.5, 0.4, 0.3])
+    for bend, damped in ((1e-4, True), (1.0, False)):
+        q = np.array([0.3, bend, -0.5 * bend])
+        hand = PositionTask("tip", target=Configuration(arm, q).pose("tip")[:3, 3].copy(), axes="xy")
+        tick = Controller(arm, Stack([[hand], [JointTask(target=np.ones(3))]]), dt=DT).step(q, 0.0)
+        assert tick.is_damped == damped
+        if damped:
+            assert tick.undamped is not None
+            assert np.abs(tick.v).max() < 0.1 * np.abs(tick.undamped.v).max()
+
+
 @pytest.mark.slow
 def test_random_arms_at_full_stretch_come_to_rest() -> None:
     """All of 12 arms of three to five joints, at full stretch and beside it."""
