@@ -98,13 +98,24 @@ class Configuration:
         Raises:
             InvalidValue: q has the wrong size.
         """
-        if q.shape != self._shape:
-            raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
-        self.q[...] = q
+        self.take(q)
         if v is None:
             pin.computeJointJacobians(self._model, self._data, self.q)
         else:
             pin.computeJointJacobiansTimeVariation(self._model, self._data, self.q, v)
+
+    def take(self, q: Array) -> None:
+        """Take a posture without placing the joints there, which `place_joints` must do then.
+
+        Args:
+            q: (nq,) [rad, m].
+
+        Raises:
+            InvalidValue: q has the wrong size.
+        """
+        if q.shape != self._shape:
+            raise InvalidValue(f"q of {self.robot.name} must have {self.robot.nq} numbers, got {q.shape}")
+        self.q[...] = q
 
     def frame(self, name: str) -> FrameView:
         """Return the views of a frame that kernels need.

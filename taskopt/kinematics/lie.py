@@ -214,8 +214,15 @@ def log6_jlog6_into(T, log, jlog):
 
 
 @kernel
-def _exp_terms(theta):
-    """Compute (sin θ)/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³ of an angle θ ≥ 0 [rad]."""
+def exp_terms(theta):
+    """Compute the three scalars of which exponentials are made.
+
+    Args:
+        theta: Angle θ ≥ 0 [rad].
+
+    Returns:
+        (sin θ)/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³.
+    """
     t2 = theta * theta
     if theta > SERIES_BELOW:
         half = math.sin(0.5 * theta)
@@ -242,7 +249,7 @@ def exp3_into(omega, out):
         Solà et al. (2018), appendix B, exponential of SO(3).
     """
     x, y, z = omega[0], omega[1], omega[2]
-    a, b, _ = _exp_terms(math.sqrt(x * x + y * y + z * z))
+    a, b, _ = exp_terms(math.sqrt(x * x + y * y + z * z))
     xx, yy, zz = b * x * x, b * y * y, b * z * z
     out[0, 0], out[1, 1], out[2, 2] = 1.0 - yy - zz, 1.0 - xx - zz, 1.0 - xx - yy
     out[0, 1], out[1, 0] = b * x * y - a * z, b * x * y + a * z
@@ -263,7 +270,7 @@ def exp6_into(twist, out):
     """
     exp3_into(twist[3:], out)
     vx, vy, vz, x, y, z = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]
-    a, b, c = _exp_terms(math.sqrt(x * x + y * y + z * z))
+    a, b, c = exp_terms(math.sqrt(x * x + y * y + z * z))
     along = c * (x * vx + y * vy + z * vz)
     out[0, 3] = a * vx + b * (y * vz - z * vy) + along * x
     out[1, 3] = a * vy + b * (z * vx - x * vz) + along * y

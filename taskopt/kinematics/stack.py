@@ -321,18 +321,19 @@ class Plan:
             damping.damp(self.hierarchy, level, own)
         return self.hierarchy
 
-    def aim(self, q: Array, t: float) -> None:
+    def aim(self, q: Array, t: float, *, place: bool = True) -> None:
         """Move the configuration to q and the targets to t, and fill the rows that have no kernel.
 
         Args:
             q: Configuration, (nq,).
             t: Time [s].
+            place: Whether the joints are placed here; False leaves it to `place_joints`.
         """
         if self._begun is None:
             self._anchor(q, t)
         if self.altered:
             self.take_changes(t)
-        self._place(q)
+        (self._place if place else self.configuration.take)(q)
         for aim in self._moving:
             aim(t)
         for fill, rows in self._fills:

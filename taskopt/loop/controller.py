@@ -126,7 +126,7 @@ class Controller:
         Returns:
             q⁺ (nq,) [rad, m] and v⁺ (nv,) [rad/s, m/s]; at order 1 q⁺ = q ⊕ v Δt (3.48), and v⁺ = v.
         """
-        return self.plan.next_posture(self.plan.configuration.q), self.plan.velocity.copy()
+        return self._loop.next_posture(), self.plan.velocity.copy()
 
     @property
     def damped_ticks(self) -> int:

@@ -131,6 +131,16 @@ class Loop:
             self.plan.velocity = resolution.x
         return resolution
 
+    def next_posture(self) -> Array:
+        """Return the posture at the next tick, if the robot follows the answer of the last one.
+
+        Returns:
+            New array (nq,), see `Plan.next_posture`.
+        """
+        plan, one_call = self.plan, self._one_call
+        known = None if one_call is None else one_call.posture_after(plan.velocity)
+        return plan.next_posture(plan.configuration.q) if known is None else known
+
     def forget(self) -> None:
         """Forget the last tick, so that the next one has no warm start."""
         self._memory = None

@@ -6,13 +6,14 @@ from typing import cast
 
 import numpy as np
 
-from taskopt.arrays import Array, IntArray
+from taskopt.arrays import Array, IntArray, StateArray
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.rank_doubt import rank_in_doubt, watch_size
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
 from taskopt.jit import kernel_apart
-from taskopt.jit.borrowed import borrowed
+from taskopt.jit.borrowed import ArrayTable, borrowed, floats_in, integers_in, states_in
+from taskopt.kinematics.placing import joint_tables, move_joints, place_joints
 from taskopt.kinematics.plan import Fill, Header, problem_in
 from taskopt.kinematics.stack import Plan
 from taskopt.loop.rest import Rest
@@ -30,6 +31,8 @@ _SOLVED, _CLAIMED = int(Outcome.SOLVED), Status.SOLVED
 
 
 Entry = Callable[..., tuple[int, int]]  # returns outcome and number of factorisations
+# Numbers of the arrays in the table of a whole tick; the last one receives the posture to which x leads.
+PROGRAM, NUMBERS, POSTURE, JACOBIANS, PLACEMENTS, HISTORY, JOINTS, PLACES, NEXT = range(9)
 
 
 class OneCall:
@@ -55,13 +58,15 @@ class OneCall:
         self._plan, self._conclude, self._rest = plan, conclude, rest
         self._width, self._size = plan.layout.width, plan.layout.answer_size
         self.history = new_history(plan.layout)
-        self._arguments = *plan.tick, self.history
+        joints, self._next = _joints_of(plan), np.zeros(plan.robot.nq)
+        self._places = len(joints[0]) > 1
+        self._table = ArrayTable(*plan.tick, self.history, *joints, self._next)
         self._settings, self._apart = search.settings, LazyTick()
         self._rests = type(rest) is Rest  # not that of accelerations
+        self._leads: Array | None = None  # the velocity that leads to `_next`
         fast, limit = (int(number) for number in search.settings)
-        form = _fill_and_tick if rest is None else _fill_tick_and_doubt
-        self._with_search = form(plan.fill, tick, fast, limit)
-        self._entry = form(plan.fill, tick_fast, fast, limit) if fast else self._with_search
+        self._with_search = _whole_tick(plan.fill, tick, fast, limit)
+        self._entry = _whole_tick(plan.fill, tick_fast, fast, limit) if fast else self._with_search
 
     def answer(self, q: Array, t: float) -> Resolution:
         """Resolve the stack at one posture and time; the answer is not checked.
@@ -76,37 +81,60 @@ class OneCall:
         Raises:
             InvalidValue: q has the wrong size, or it or a target is not finite.
         """
-        plan = self._plan
-        plan.aim(q, t)
-        if self._rest is not None:
-            self._rest.look()
-        state, answer = np.empty(self._width, np.int8), np.empty(self._size)
-        rest = self._rest
-        rests = rest if self._rests and rest is not None and rest.last is not None else None
-        if plan.altered or rests is not None:  # Python may have to follow the kernels of the rows
-            problem = _problem(plan.filled(t))
-            damped = None if rests is None else rests.again(self._settings, self.history)
-            if damped is not None:
-                return damped
-            outcome, count = self._apart(problem, self._settings, self.history, state, answer)
-            code, rounds = int(outcome), int(count)
-            code = IN_DOUBT if code == _SOLVED and self._rest is not None else code
+        plan, rest = self._plan, self._rest
+        if self._places and not plan.altered and (rest is None or rest.last is None):
+            plan.aim(q, t, place=False)
         else:
-            code, rounds = self._entry(*self._arguments, state, answer)
-        if code == _SOLVED and self._rest is not None and self._rest.last is not None:
-            code = IN_DOUBT  # for one tick after damped ones, whatever the quick look says
-        if code == _SOLVED:
-            return Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
-        if code == IN_DOUBT and self._rest is not None:
-            return self._rest.answer(Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview))
+            plan.aim(q, t)
+            if rest is not None:
+                rest.look()
+            if plan.altered or (self._rests and rest is not None and rest.last is not None):
+                return self._in_steps(t)  # Python may have to follow the kernels of the rows
+        state, answer = np.empty(self._width, np.int8), np.empty(self._size)
+        code, rounds = self._entry(self._table.handle, plan.dt, state, answer)
+        if code == _SOLVED and (rest is None or rest.last is None):
+            resolution = Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
+            self._leads = resolution.x if self._places else None
+            return resolution
         if code == Outcome.FAST_PATH_REFUSED:  # from now on with the search, which is compiled here
             self._entry = self._with_search
             return self.answer(q, t)
+        return self._concluded(code, rounds, state, answer, t)
+
+    def _in_steps(self, t: float) -> Resolution:
+        """Fill the rows, and resolve them in a second call."""
+        rest, state, answer = self._rest, np.empty(self._width, np.int8), np.empty(self._size)
+        problem = _problem(self._plan.filled(t))
+        if rest is not None and self._rests:
+            damped = rest.again(self._settings, self.history)
+            if damped is not None:
+                return damped
+        code, rounds = self._apart(problem, self._settings, self.history, state, answer)
+        return self._concluded(int(code), int(rounds), state, answer, t)
+
+    def _concluded(self, code: int, rounds: int, state: StateArray, answer: Array, t: float) -> Resolution:
+        """Return the answer of a tick that may need damping, a fallback, or an error."""
+        plan, rest = self._plan, self._rest
+        self._leads = None
         if code == FLAWED:
             plan.blame(t)
-        resolution = resolution_of(plan.hierarchy, answer, state, code, rounds)
-        resolution = resolution if resolution.claimed else self._conclude(resolution)
-        return resolution if self._rest is None else self._rest.answer(resolution)
+        if code in (_SOLVED, IN_DOUBT):
+            resolution = Resolution(plan.hierarchy, answer, state, _CLAIMED, rounds, TickReview)
+        else:
+            resolution = resolution_of(plan.hierarchy, answer, state, code, rounds)
+            resolution = resolution if resolution.claimed else self._conclude(resolution)
+        return resolution if rest is None else rest.answer(resolution)
+
+    def posture_after(self, v: Array) -> Array | None:
+        """Return a copy of the posture to which the last answer leads, if kernels found it.
+
+        Args:
+            v: The velocity that the robot has.
+
+        Returns:
+            q ⊕ v Δt (nq,) [rad, m]; None if v is not the last answer itself, or Pinocchio must integrate.
+        """
+        return self._next.copy() if v is self._leads else None
 
     def compile(self, q: Array, t: float) -> None:
         """Compile the fast path and the search, so that no later tick has to wait for the compiler.
@@ -125,6 +153,17 @@ class OneCall:
     def forget(self) -> None:
         """Forget the last tick, so that the next one has no warm start."""
         self.history[:] = 0
+
+
+def _joints_of(plan: Plan) -> tuple[IntArray, Array]:
+    """Return the kinematic tree for `place_joints`; the world alone if Pinocchio must place the joints.
+
+    It must at second order, where it computes more than the kernel does, and if Python fills rows.
+    """
+    parts = *plan.tasks, *plan.limits
+    in_python = any(part.kernel is None and not part.constant for part in parts)
+    known = None if plan.motion is not None or in_python else joint_tables(plan.robot)
+    return (np.zeros((1, 4), np.int64), np.zeros((1, 15))) if known is None else known
 
 
 def _problem(hierarchy: Hierarchy) -> tuple[Array, Array, IntArray, IntArray]:
@@ -157,44 +196,40 @@ def _as_it_is(resolution: Resolution) -> Resolution:
 
 
 @lru_cache(maxsize=256)
-def _fill_and_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
-    """Return the compiled tick of a plan: its fill function, then `tick` or `tick_fast`.
+def _whole_tick(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
+    """Return the compiled tick of a plan: place the joints, fill the rows, resolve them, move the joints on.
 
-    The function returns FLAWED if the rows are flawed.
+    The function returns FLAWED if the rows are flawed, and IN_DOUBT in place of SOLVED if the tick may have
+    to be damped.
     """
 
     @kernel_apart
-    def fill_and_tick(program, numbers, q, jacobians, placements, history, state, answer):
-        """Fill the rows, then resolve them."""
-        program, numbers, q = borrowed(program), borrowed(numbers), borrowed(q)
-        jacobians, placements = borrowed(jacobians), borrowed(placements)
-        history, state, answer = borrowed(history), borrowed(state), borrowed(answer)
+    def whole_tick(table, dt, state, answer):
+        """Do the whole tick with the arrays of a table."""
+        program, numbers = integers_in(table, PROGRAM), floats_in(table, NUMBERS)
+        q, state, answer = floats_in(table, POSTURE), borrowed(state), borrowed(answer)
+        buffer, norm, offsets, columns = problem_in(program, numbers)
+        n = norm.size
+        joints = integers_in(table, JOINTS)
+        joints = joints.reshape((joints.size // 4, 4))
+        places = floats_in(table, PLACES).reshape((joints.shape[0], 15))
+        placements = floats_in(table, PLACEMENTS)
+        placements = placements.reshape((placements.size // 12, 12))
+        jacobians = floats_in(table, JACOBIANS).reshape((n, 6)).T
+        place_joints(joints, places, q, placements, jacobians)
         if fill(program, numbers, q, jacobians, placements):
             return FLAWED, 0
-        buffer, norm, offsets, columns = problem_in(program, numbers)
+        history = states_in(table, HISTORY).reshape((3, state.size))
         settings = np.int64(fast), np.int64(limit)
-        return resolve(buffer, norm, offsets, columns, settings, history, state, answer)
-
-    return cast("Entry", fill_and_tick)
-
-
-@lru_cache(maxsize=256)
-def _fill_tick_and_doubt(fill: Fill, resolve: Entry, fast: int, limit: int) -> Entry:
-    """Return the same function with IN_DOUBT in place of SOLVED if the tick may have to be damped."""
-    entry = _fill_and_tick(fill, resolve, fast, limit)
-
-    @kernel_apart
-    def fill_tick_and_doubt(program, numbers, q, jacobians, placements, history, state, answer):
-        """Fill the rows, resolve them, and look whether a level may be near a loss of rank."""
-        code, rounds = entry(program, numbers, q, jacobians, placements, history, state, answer)
-        program, numbers = borrowed(program), borrowed(numbers)
-        buffer, norm, offsets, columns = problem_in(program, numbers)
-        n, start = norm.size, program[Header.BOX]
-        watch = numbers[numbers.size - watch_size(n, columns.size) :]
-        if code == _SOLVED and watch[0] > 0.0:
-            base = numbers[start : start + 2 * n]
-            if rank_in_doubt(buffer, norm, offsets, columns, borrowed(answer)[:n], state, base, watch):
+        code, rounds = resolve(buffer, norm, offsets, columns, settings, history, state, answer)
+        if code == _SOLVED:
+            move_joints(joints, q, answer[:n], dt, floats_in(table, NEXT))
+            watch = numbers[numbers.size - watch_size(n, columns.size) :]
+            base = numbers[program[Header.BOX] : program[Header.BOX] + 2 * n]
+            if watch[0] > 0.0 and rank_in_doubt(
+                buffer, norm, offsets, columns, answer[:n], state, base, watch
+            ):
                 return IN_DOUBT, rounds
         return code, rounds
 
-    return cast("Entry", fill_tick_and_doubt)
+    return cast("Entry", whole_tick)
