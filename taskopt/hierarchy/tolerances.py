@@ -554,6 +554,14 @@ Smaller: v = 0 becomes the only velocity of a link at its margin, and solvers se
 a link may go that far into its margin in one step.
 """
 
+RESERVE_USED = 0.1
+"""Share of the room before its margin within which a pair may brake as it may outside its reserve.
+
+Smaller: links that are always near each other, such as the base and the upper arm of a UR10, hold the joints
+between them by the facets of their meshes. Larger: a robot that pushes against what it touches comes nearer
+to the margin, where its joints must be slower.
+"""
+
 JACOBI_ORTHOGONAL = 1e-15
 """Cosine of the angle between two rows below which the method of Jacobi takes them for orthogonal.
 

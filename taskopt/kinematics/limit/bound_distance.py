@@ -15,7 +15,7 @@ import numpy as np
 from taskopt.arrays import Array, ArrayLike, finite, positive
 from taskopt.errors import InvalidValue
 from taskopt.hierarchy.problem import LevelRows
-from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.hierarchy.tolerances import CONTACT, RESERVE_USED
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.collision.measure import Distances
 from taskopt.kinematics.collision.model import Collision
@@ -88,7 +88,9 @@ class BoundDistance(RowLimit, BoundLimit):
 
     If every |v_k| ≤ s v̄_k, an Euler step changes d by Δt ∇d·v less a loss of at most s · jump + s² · bend
     (`step_losses`). d_s = margin + reserve. The reserve is jump + 2 bend, which exceeds the loss for s = 1,
-    but it is at most half of the way from margin to influence.
+    but it is at most half of the way from margin to influence. Within the reserve a tenth of d − margin takes
+    the place of d − d_s, so that two links that are always near each other, whose distance hardly changes, do
+    not block a robot.
 
     The bounds |v_k| ≤ s v̄_k use the largest s for which no pair loses more than its row leaves above the
     margin. A sliding joint alone loses nothing: where s < 1, it is that of the turning joints with sliding
@@ -307,8 +309,8 @@ def braked(distance, pair, gain, dt):
         lower = (budget - room) / dt
     else:
         free = room - pair[Pair.RESERVE]
-        if free < 0.0 and not pair[Pair.DRIFT] < 0.0:
-            free = 0.0  # an obstacle that comes nearer is given way to instead, until the reserve is back
+        if not pair[Pair.DRIFT] < 0.0:  # else the obstacle is given way to, until the reserve is back
+            free = max(free, RESERVE_USED * room, 0.0)
         lower = -gain * free / dt - pair[Pair.DRIFT]
         budget = max(CONTACT, -0.1 * room) if room < CONTACT else room - gain * free
     s = largest_share(pair[Pair.JUMP], pair[Pair.BEND], budget)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taskopt.hierarchy.tolerances import CONTACT
+from taskopt.hierarchy.tolerances import CONTACT, RESERVE_USED
 from taskopt.kinematics.geometry.shapes import Sphere
 from taskopt.kinematics.limit import ObstacleLimit
 from taskopt.kinematics.limit.bound_distance import approach_into
@@ -32,6 +32,13 @@ def test_a_pair_at_its_margin_may_lose_no_more_than_rounding() -> None:
     assert lower == 0.0
     assert s * JUMP + s * s * BEND == pytest.approx(1e-9, rel=1e-6)
     assert CONTACT == 1e-9
+
+
+def test_a_pair_within_its_reserve_may_come_nearer_by_a_tenth_of_its_room() -> None:
+    """Else two links that are always near each other would hold the joints between them."""
+    lower, s = row_of(MARGIN + 0.5 * RESERVE)
+    assert -lower * DT == pytest.approx(RESERVE_USED * 0.5 * RESERVE)
+    assert -lower * DT + s * JUMP + s * s * BEND == pytest.approx(0.5 * RESERVE)
 
 
 def test_a_near_pair_may_lose_what_its_row_leaves() -> None:
@@ -85,8 +92,8 @@ def test_a_slide_keeps_its_speed_where_turning_joints_are_slow(distance: float) 
 
 def test_shares_of_slides_and_of_turning_joints_meet_at_the_nominal_speeds() -> None:
     """Where a step at the nominal speeds loses exactly what its row leaves, both shares are 1."""
-    reserve = MARGIN + JUMP + BEND  # within the reserve the row allows no approach
-    _, turning, sliding = rows_of(reserve * (1.0 - 1e-12), SLIDE)
+    left = (JUMP + BEND) / (1.0 - RESERVE_USED)  # within the reserve, with κ = 1
+    _, turning, sliding = rows_of(MARGIN + left * (1.0 - 1e-12), SLIDE)
     assert turning == pytest.approx(1.0)
     assert sliding == pytest.approx(1.0)
 
