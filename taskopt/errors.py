@@ -64,7 +64,8 @@ class UnknownName(TaskoptError, LookupError):
             way_out = f"known: {', '.join(self.known) or 'none'}"
         else:
             way_out = f"{len(self.known)} are known, among them {', '.join(self.known[:6])}"
-        super().__init__(f"no {kind} named '{name}'; {way_out}" + (f" {hint}" if hint else ""))
+        end = " " if way_out.endswith("?") else ". "
+        super().__init__(f"no {kind} named '{name}'; {way_out}" + (end + hint if hint else ""))
 
 
 class MissingFile(TaskoptError, FileNotFoundError):

@@ -349,6 +349,13 @@ ticks whose x has rounding errors of that size take milliseconds for it. Larger:
 that violation times the inverse of the weakest direction, which may be more than ACCURACY.
 """
 
+PLAIN_CONTRADICTION = 1e-6
+"""Relative violation of hard rows, in the best compromise, from which they contradict each other for certain.
+
+Smaller: contradictions are looked at a second time, which takes up to a second. Larger: limits that agree but
+for rounding, between numbers of very different size, count as a contradiction.
+"""
+
 SEARCH_MOVED = 1e-9
 """Step of an unknown, relative to max(1, |x|), after which dropped rows may be dropped again.
 

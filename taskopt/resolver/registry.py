@@ -10,7 +10,7 @@ the two tables below. For a resolver outside the package, call `register_resolve
 from collections.abc import Callable
 from functools import partial
 
-from taskopt.errors import InvalidValue, UnknownName
+from taskopt.errors import InvalidValue, NotInstalled, UnknownName
 from taskopt.hierarchy.damping import POLICIES
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.resolution import Resolution
@@ -26,7 +26,7 @@ from taskopt.resolver.robust_priority import RobustPriority
 from taskopt.resolver.transpose import Transpose
 from taskopt.resolver.weighted import WeightedQP
 from taskopt.solver.cvxpy import ENGINES
-from taskopt.solver.registry import solver, solvers
+from taskopt.solver.registry import missing_solvers, solver, solvers
 
 DEFAULT = "active-set"
 
@@ -70,6 +70,9 @@ def resolver(name: str) -> Resolver:
     if at and family == "wqp" and engine in _engines(family):
         return WeightedQP(solver(engine).name, _ratio(ratio, name))
     if at or family not in _WITH_SOLVER or engine not in _engines(family):
+        missing = missing_solvers().get(engine) if family in _WITH_SOLVER else None
+        if missing is not None:
+            raise NotInstalled(f"solver {engine}", missing)
         raise UnknownName("resolver", name, resolver_names())
     return _WITH_SOLVER[family](solver(engine).name)
 

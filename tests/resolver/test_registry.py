@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from taskopt.errors import UnknownName
+from taskopt.errors import NotInstalled, UnknownName
 from taskopt.hierarchy.problem import Hierarchy, Level
 from taskopt.resolver.base import Resolver
 from taskopt.resolver.registry import resolve, resolver, resolver_names
+from taskopt.solver.registry import missing_solvers
 from tests.helpers.oracles import random_hierarchy
 
 NAMES = ["pinv", "dls", "active-set", "wqp/daqp", "hqp/clarabel"]
@@ -48,3 +49,15 @@ def test_a_mistyped_name_gets_the_nearest_match(wrong: str, meant: str) -> None:
     """What was asked for, and what was probably meant."""
     with pytest.raises(UnknownName, match=f"no resolver named '{wrong}'; did you mean .*{meant}"):
         resolver(wrong)
+
+
+def test_a_solver_that_is_not_there_is_named_with_what_installs_it() -> None:
+    """It is no misspelt name of another one."""
+    missing = next(iter(missing_solvers().items()))
+    with pytest.raises(NotInstalled, match=f"solver {missing[0]} is not installed.*{missing[1]}"):
+        resolver(f"hqp/{missing[0]}")
+
+
+def test_a_misspelt_solver_is_asked_back() -> None:
+    with pytest.raises(UnknownName, match="did you mean hqp/daqp"):
+        resolver("hqp/dakp")

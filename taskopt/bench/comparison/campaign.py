@@ -20,7 +20,7 @@ from taskopt.bench.comparison.trial import BLANK, SETTINGS, Row, Setting, checke
 from taskopt.bench.comparison.worker import Cell, Worker
 from taskopt.bench.rows_file import append, differences, whole_entries
 from taskopt.errors import InvalidValue
-from taskopt.log.provenance import machine, versions
+from taskopt.log.provenance import commit_of, machine, versions
 from taskopt.resolver.registry import resolver, resolver_names
 from taskopt.solver.registry import known_to_qpsolvers, missing_solvers, solver_versions, solvers
 
@@ -34,7 +34,7 @@ FAMILIES = ("hqp", "wqp")
 _OWN_TOLERANCES = ("hqp/",)  # one family is enough to see what a solver's own tolerances give
 # These state that they use no warm start.
 _WITHOUT_MEMORY = ("hqp/", "wqp", "pqp/", "cvxpy/", "sns", "srtp", "daqp-hierarchy")
-_MUST_AGREE = ("versions", "machine", "repeats")
+_MUST_AGREE = ("versions", "commit", "machine", "repeats")
 
 
 def standard_resolvers(*, full: bool = False) -> tuple[str, ...]:
@@ -65,7 +65,8 @@ class Campaign:
         deadline: Time for one answer [s].
         plugins: Python files that register solvers and resolvers; they are executed.
         full: True for the sets and resolvers of the full report, where none are named, and for all sequences.
-        sequences: Largest number of sequences of a set, evenly spread over it, unless `full`.
+        sequences: Largest number of sequences of a set of the package, evenly spread over it, unless `full`;
+            a set in a file is taken whole.
 
     Raises:
         InvalidValue: A number is not positive, or there is no setting of a name.
@@ -113,7 +114,8 @@ class Campaign:
             memory, defaults where it has no solver of qpsolvers.
         """
         for name, found in sets.items():
-            for sequence in found.sequences if self.full else spread(found.sequences, self.sequences):
+            whole = self.full or name not in set_names()
+            for sequence in found.sequences if whole else spread(found.sequences, self.sequences):
                 for answer in self.resolver_names:
                     for setting in self.settings:
                         if self._differs(SETTINGS[setting], answer, len(sequence.problems)):
@@ -161,6 +163,7 @@ def conditions(campaign: Campaign, sets: dict[str, ProblemSet]) -> dict[str, Any
     return {
         "format": 1,
         "versions": {"python": python_version()} | versions() | solver_versions(),
+        "commit": commit_of(Path(__file__)),
         "machine": machine(),
         "repeats": campaign.repeats,
         "deadline": campaign.deadline,
@@ -182,14 +185,20 @@ def carry_out(campaign: Campaign, folder: Path) -> Iterator[tuple[int, int, Cell
         Number of cells that are done, number of all, and the cell that is next or was done last.
 
     Raises:
-        InvalidValue: The folder has rows from other conditions or of other problems.
+        InvalidValue: The folder is a file, or has rows from other conditions or of other problems; or no
+            setting changes anything for the resolvers.
     """
     sets = campaign.problem_sets()
+    if folder.exists() and not folder.is_dir():
+        raise InvalidValue(f"{folder} is a file; rows go to a folder, which --out names")
     folder.mkdir(parents=True, exist_ok=True)
     file, here = folder / FILE, conditions(campaign, sets)
     kept = done_cells(file, here)
     cells = [(cell, length) for cell, length in campaign.cells(sets) if cell not in kept]
     total = len(cells) + len(kept)
+    if not total:
+        asked = ", ".join(campaign.settings)
+        raise InvalidValue(f"nothing to run: {asked} is as cold for these resolvers; ask for --setting cold")
     append(file, {"conditions": here})
     worker = Worker(folder / _OUTPUT, campaign.deadline, campaign.repeats, campaign.plugins)
     try:
@@ -228,7 +237,9 @@ def done_cells(file: Path, here: dict[str, Any]) -> set[Cell]:
 def _refuse_others(file: Path, then: dict[str, Any], here: dict[str, Any]) -> None:
     """Raise `InvalidValue` if the rows of a file cannot be compared with those to come."""
     changed = [
-        f"{part} ({_difference(then[part], here[part])})" for part in _MUST_AGREE if then[part] != here[part]
+        f"{part} ({_difference(then.get(part), here[part])})"
+        for part in _MUST_AGREE
+        if then.get(part) != here[part]
     ]
     both = sorted(then["sets"].keys() & here["sets"].keys())
     sums = [(name, then["sets"][name]["checksum"], here["sets"][name]["checksum"]) for name in both]

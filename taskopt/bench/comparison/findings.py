@@ -62,13 +62,13 @@ def findings(rows: Results) -> Iterator[Finding]:
 
 def _accurate(reliable: list[Figures]) -> str:
     """Name the most accurate."""
-    order = sorted(reliable, key=lambda one: one.distance[2])
+    order = sorted((one for one in reliable if one.known), key=lambda one: one.distance[2])
     if not order:
         return f"None claims, and is right in, {share(_ALMOST_ALL)} of the problems."
     first = order[0]
     text = (
-        f"`{named(first)}`: none of {first.answers} answers is further than {digits(first.distance[2])} from "
-        "the exact optimum."
+        f"`{named(first)}`: none of its {first.known} answers where the optimum is known is further than "
+        f"{digits(first.distance[2])} from it."
     )
     best = {one.resolver: one for one in reversed(order)}  # the better setting of each
     others = sorted(best.values(), key=lambda one: one.distance[2])[1:]

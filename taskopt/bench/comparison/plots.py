@@ -40,7 +40,7 @@ def plots(rows: Results) -> Iterator[Plot]:
         The figures.
     """
     some = rows.well_scaled
-    if len(some):
+    if _are_timed(some):
         yield _drawn(
             "profile",
             "Performance profile over all sets but the badly scaled ones: share of the problems that a "
@@ -59,21 +59,25 @@ def plots(rows: Results) -> Iterator[Plot]:
             "Tails: share of the answers that take longer than a time of the wall clock.",
             lambda axes: _tails(axes, some),
         )
-    if "snakes" in rows.names("set"):
-        snakes = rows.where(set="snakes")
+    snakes, near = rows.where(set="snakes"), rows.where(set="near-singular")
+    if _are_timed(snakes):
         yield _drawn(
             "growth",
             "Growth: mean of the processor time against the number of joints of a planar arm.",
             lambda axes: _growth(axes, snakes),
         )
-    if "near-singular" in rows.names("set"):
-        near = rows.where(set="near-singular")
+    if _are_timed(near):
         yield _drawn(
             "singular",
             "Near a singularity: largest distance from the exact optimum against the exponent e, with the "
             "smallest singular value near 2^-e.",
             lambda axes: _singular(axes, near),
         )
+
+
+def _are_timed(rows: Results) -> bool:
+    """Return True if a row has a time, without which there is nothing to draw."""
+    return bool(np.isfinite(rows.columns["cpu"]).any())
 
 
 def _drawn(name: str, caption: str, draw: Callable[[Axes], None]) -> Plot:

@@ -129,6 +129,7 @@ class Figures:
         resolver: Name of the resolver.
         setting: Name of the setting.
         answers: Number of problems that it was given.
+        known: Number of these whose exact strict optimum is known, or is on the condition of `proven_if`.
         claimed: Share of those for which it claims something.
         proven: Share whose claim is proven.
         proven_if: Share whose claim is proven, provided that rows that depend on others up to rounding
@@ -150,6 +151,7 @@ class Figures:
     resolver: str
     setting: str
     answers: int
+    known: int
     claimed: float
     proven: float
     proven_if: float
@@ -184,6 +186,7 @@ def figures(rows: Results) -> Figures:
         resolver=str(of["resolver"][0]),
         setting=str(of["setting"][0]),
         answers=len(rows),
+        known=int(known.sum()),
         claimed=float(np.mean(of["claimed"])),
         proven=float(np.mean(verdict == PROVEN)),
         proven_if=float(np.mean(verdict == PROVEN_IF)),

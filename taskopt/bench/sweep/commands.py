@@ -51,7 +51,7 @@ def sweep(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="Where to write.")] = Path(
         "sweep"
     ),
-    jobs: Annotated[int, typer.Option(metavar="N", help="Processes; −1 for one on each core.")] = -1,
+    jobs: Annotated[int, typer.Option(min=-1, metavar="N", help="Processes; −1 for one on each core.")] = -1,
     scheduler: Scheduler = None,
     duration: Duration = None,
 ) -> None:

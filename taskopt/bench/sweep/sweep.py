@@ -104,10 +104,12 @@ def carry_out(
         Number of cases that are done, and number of all.
 
     Raises:
-        InvalidValue: The folder has cases of other conditions.
+        InvalidValue: The number of processes is 0, or the folder has cases of other conditions.
         NotInstalled: Dask is to be used, and dask.distributed is not there.
         NotSolved: Workers died several times; what is done is kept.
     """
+    if jobs == 0:
+        raise InvalidValue("the number of processes must be at least 1, or −1 for one on each core; got 0")
     folder.mkdir(parents=True, exist_ok=True)
     file, wanted, here = folder / FILE, dict.fromkeys(sweep.grid.cases()), sweep.conditions()
     done = _known(file, here)

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskopt.arrays import Array, StateArray
-from taskopt.hierarchy.certificate import certify
+from taskopt.hierarchy.certificate import PRIMAL, certify
 from taskopt.hierarchy.multipliers import find_multipliers
 from taskopt.hierarchy.problem import Hierarchy
 from taskopt.hierarchy.proof import Verdict, judge, prove
 from taskopt.hierarchy.resolution import Resolution
 from taskopt.hierarchy.status import Status
-from taskopt.hierarchy.tolerances import ACCURACY, CERTIFICATE_ROUNDING
+from taskopt.hierarchy.tolerances import ACCURACY, CERTIFICATE_ROUNDING, PLAIN_CONTRADICTION
 from taskopt.hierarchy.view import answer_of
 from taskopt.resolver.active_set.full_norm import resolve_full_norm
 from taskopt.resolver.active_set.search import search
@@ -136,7 +136,10 @@ def resolution_of(
         The resolution, without any fallback.
     """
     went_on = outcome == Outcome.STILL_PERTURBED and search_on(hierarchy, answer, state)
-    if went_on or (outcome in _TO_ENCLOSE and take_enclosed(hierarchy, answer, state)):
+    to_enclose = outcome in _TO_ENCLOSE and not (
+        outcome == Outcome.CONTRADICTION and _is_plain(hierarchy, answer)
+    )
+    if went_on or (to_enclose and take_enclosed(hierarchy, answer, state)):
         outcome = Outcome.SOLVED
     elif outcome == Outcome.KKT_MISSED:
         x = answer_of(answer, hierarchy.n, hierarchy.layout.row_count, hierarchy.layout.level_count).x
@@ -146,6 +149,13 @@ def resolution_of(
     elif outcome == Outcome.CYCLED and search_further(hierarchy, answer, state):
         outcome = Outcome.SOLVED
     return Resolution(hierarchy, answer, state, _STATUS[Outcome(outcome)], rounds, TickReview)
+
+
+def _is_plain(hierarchy: Hierarchy, answer: Array) -> bool:
+    """Return True if hard rows contradict each other by more than rounding."""
+    layout = hierarchy.layout
+    parts = answer_of(answer, layout.n, layout.row_count, layout.level_count)
+    return not parts.residuals[0, PRIMAL] <= PLAIN_CONTRADICTION  # NaN if an interval is empty
 
 
 def search_on(hierarchy: Hierarchy, answer: Array, state: StateArray) -> bool:

@@ -10,6 +10,7 @@ import pytest
 
 from taskopt.bench.comparison import campaign
 from taskopt.bench.comparison.campaign import FILE, Campaign, carry_out, spread, standard_resolvers
+from taskopt.bench.comparison.catalogue import problem_set
 from taskopt.bench.comparison.results import read_results
 from taskopt.bench.comparison.trial import Row, without_answer
 from taskopt.bench.comparison.worker import Cell, Worker
@@ -144,6 +145,26 @@ def test_settings_that_change_nothing_are_left_out() -> None:
     }  # fmt: skip
     assert {"active-set", "hqp/daqp", "wqp/clarabel"} <= set(standard_resolvers())
     assert any(name.startswith("cvxpy/") for name in standard_resolvers(full=True))
+
+
+def test_a_set_in_a_file_is_run_whole(tmp_path: Path) -> None:
+    """Each of its problems is a sequence, and none is left out."""
+    problem_set("contradicting").save(tmp_path / "mine.npz")
+    name = str(tmp_path / "mine.npz")
+    plan = Campaign((name,), ("pinv",), ("cold",), sequences=3)
+    assert len([*plan.cells(plan.problem_sets())]) == 8
+    inside = Campaign(("contradicting",), ("pinv",), ("cold",), sequences=3)
+    assert len([*inside.cells(inside.problem_sets())]) == 3
+
+
+def test_nothing_to_run_and_a_file_for_a_folder_are_said(tmp_path: Path, asked: list[Cell]) -> None:
+    """Instead of a folder without rows, and of a traceback."""
+    with pytest.raises(InvalidValue, match="nothing to run: warm is as cold"):
+        finish(Campaign(("small",), ("hqp/daqp",), ("warm",)), tmp_path / "out")
+    (tmp_path / "file").touch()
+    with pytest.raises(InvalidValue, match="file is a file; rows go to a folder"):
+        finish(Campaign(("small",), ("pinv",), ("cold",)), tmp_path / "file")
+    assert not asked
 
 
 @pytest.fixture

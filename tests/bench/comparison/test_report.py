@@ -100,11 +100,32 @@ def test_profiles_count_proven_answers_only(tmp_path: Path) -> None:
     np.testing.assert_allclose(ratios["pinv", "cold"], [np.inf, np.inf])
 
 
+def test_an_answer_without_a_known_optimum_proves_no_accuracy(tmp_path: Path) -> None:
+    """It is not counted, and a resolver without any other is not called accurate."""
+    unknown = row("proven", np.nan, 1e-6) | {"reference": "none"}
+    some = {("easy", "active-set"): [row("proven", 1e-12, 1e-6), unknown], ("easy", "b"): [unknown] * 2}
+    said = dict(findings(write(tmp_path, some)))["Most accurate"]
+    assert said == (
+        "`active-set cold`: none of its 1 answers where the optimum is known is further than 1.0e-12 from it."
+    )
+
+
+def test_rows_without_times_have_no_figures(tmp_path: Path) -> None:
+    """A report of answers that were all refused is written without them."""
+    refused = row("no claim", np.nan, np.nan) | {"status": "REFUSED"}
+    paths = write_report(write(tmp_path, {("easy", "pinv"): [refused] * 2}), tmp_path / "report")
+    assert not [path for path in paths if path.suffix == ".svg"]
+    assert (tmp_path / "report" / "benchmark.md").is_file()
+
+
 def test_findings_name_what_the_rows_show(tmp_path: Path) -> None:
     """Most accurate, quickest, who claims what is refuted, where the closed form suffices."""
     weights = [row("proven", 1e-2, 1e-7)] * 2  # of its own problem, and far from the strict optimum
     found = dict(findings(write(tmp_path, CELLS | {("easy", "wqp/x"): weights})))
-    assert "`active-set cold`: none of 2 answers is further than 1.0e-12" in found["Most accurate"]
+    assert (
+        "`active-set cold`: none of its 2 answers where the optimum is known is further than 1.0e-12"
+        in found["Most accurate"]
+    )
     assert found["Quickest cold"].startswith("`active-set`: 21.6 µs")
     assert found["Quickest warm"].startswith("None that is right")
     assert "Otherwise: hqp/x (50 %)." in found["Claim what they do not reach"]

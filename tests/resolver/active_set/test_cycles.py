@@ -188,3 +188,16 @@ def test_the_same_working_set_with_other_locks_is_no_cycle() -> None:
     assert not repeats(seen, 3, state, Locks(locked, free))
     assert not repeats(seen, 3, state, Locks(free, locked))
     assert repeats(seen, 3, state, Locks(free, free))
+
+
+def test_a_plain_contradiction_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Looking for an enclosure of an optimum that there is not took half a second in a loop."""
+    looks: list[Hierarchy] = []
+    monkeypatch.setattr(resolver, "take_enclosed", lambda problem, *_: looks.append(problem) or False)
+    row, other = np.array([[1.0, 2.0, 0.5]]), np.array([[0.5, 1.0, 0.25]])
+    for gap, looked in ((1e-3, False), (1e-7, True)):
+        looks.clear()
+        hard = Level(np.vstack([row, other]), lower=[1.0 + gap, -np.inf], upper=[np.inf, 0.5])
+        found = ActiveSet()(Hierarchy([Level(np.eye(3), np.ones(3))], limits=hard))[0]
+        assert found.status is Status.INFEASIBLE
+        assert bool(looks) == looked
