@@ -59,5 +59,6 @@ def test_a_solver_that_is_not_there_is_named_with_what_installs_it() -> None:
 
 
 def test_a_misspelt_solver_is_asked_back() -> None:
+    """The nearest name is offered."""
     with pytest.raises(UnknownName, match="did you mean hqp/daqp"):
         resolver("hqp/dakp")
