@@ -131,11 +131,11 @@ def damp_free(
             basis = null_space(decided, count, free)
             taken = _taken(level[0], (decided, hard, count), free, basis)
             limit, gate, r = _damp_level(problem, level, x, basis, taken, places[0, k], dt)
-            thresholds[k], below = limit, FREE_DIRECTION_WEIGHT * gate if r > 0 else 0.0
+            thresholds[k], below = limit, 0.0
             count = _append(problem.A[places[0, k] : places[0, k] + r], decided, count)
             if places[1, k] >= 0:
                 next_rows = _rows_that_hold(problem, kinds, state, k + 1)
-                below = max(below, _swing(level, basis, next_rows, x, limit, dt))
+                below = max(FREE_DIRECTION_WEIGHT * gate, _swing(level, basis, next_rows, x, limit, dt))
             if below > 0.0:
                 after = _append(level[0], decided, count)
                 _damp_below(problem, k + 1, null_space(decided, after, free), below, places[1, k])

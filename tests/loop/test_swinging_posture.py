@@ -69,6 +69,20 @@ def test_a_posture_is_slowed_down_beside_full_stretch_only() -> None:
             assert np.abs(tick.v).max() < 0.1 * np.abs(tick.undamped.v).max()
 
 
+def test_nothing_is_written_below_the_last_level() -> None:
+    """A blocked level without one below it is damped by its own rows; the others of the hierarchy stay."""
+    arm = planar_arm([0.5, 0.4, 0.3])
+    hand = PositionTask("tip", target=(1.5, 0.4, 0.0), gain=GAIN, axes="xy")
+    tick = Controller(arm, Stack([[hand]]), dt=DT).step([0.3, 0.01, -0.01], 0.0)
+    assert tick.is_damped
+    assert [block.name for block in tick.problem.layout.blocks if "level" in block.name] == [
+        "rest of level 1"
+    ]
+    assert tick.undamped is not None
+    rows = tick.undamped.problem.A
+    np.testing.assert_array_equal(tick.problem.A[: len(rows)], rows)
+
+
 @pytest.mark.slow
 def test_random_arms_at_full_stretch_come_to_rest() -> None:
     """All of 12 arms of three to five joints, at full stretch and beside it."""
