@@ -39,6 +39,9 @@ def short_tables(rows: Results) -> Iterator[Table]:
     """
     yield _summary(rows.well_scaled)
     yield _by_set(rows)
+    yield _given_up(rows.well_scaled)
+    if len(snakes := rows.where(set="snakes")):
+        yield _growth(snakes)
     yield _sets(rows)
     yield _solvers(rows)
 
@@ -83,6 +86,53 @@ def _summary(rows: Results) -> Table:
         for one in order
     )  # fmt: skip
     return Table("Every resolver in one line", note, heading, tuple(lines))
+
+
+def _given_up(rows: Results) -> Table:
+    """Make the table of limits that answers break, levels that they make worse, and rows that they change."""
+    note = (
+        "Over the same problems, where there is an answer. outside: largest violation of a bound or a hard "
+        "row; level 1, lower: share of the problems in which that is the first level that is worse than at "
+        "the exact strict optimum by more than 1e-8; regret: by how much at most; changes: bounds and rows "
+        "whose activity differs from that of the answer before, in the mean."
+    )
+    heading = "resolver", "setting", "outside", "level 1", "lower", "regret", "changes"
+    lines = []
+    for one in all_figures(rows):
+        of = rows.where(resolver=one.resolver, setting=one.setting).columns
+        there = np.isfinite(of["outside"])
+        if there.any():
+            level, changes = of["level"][there], of["changes"][there]
+            followed = changes[changes >= 0]
+            mean = f"{followed.mean():.2g}" if len(followed) else "–"
+            lines.append(
+                (
+                    one.resolver, one.setting, digits(of["outside"][there].max()),
+                    share(float(np.mean(level == 1))), share(float(np.mean(level > 1))),
+                    digits(of["regret"][there].max()), mean,
+                )
+            )  # fmt: skip
+    return Table("Limits, priorities and active sets", note, heading, tuple(lines))
+
+
+def _growth(snakes: Results) -> Table:
+    """Make the table of the exponents with which the time grows with the number of joints."""
+    sizes = snakes.conditions["sets"]["snakes"]["unknowns"]
+    note = (
+        "Planar arms whose tip follows a circle. exponent: slope of the logarithm of the mean processor time "
+        "over that of the number of joints, by least squares; from, to: the smallest and the largest arm."
+    )
+    lines = []
+    for one in all_figures(snakes):
+        mine = snakes.where(resolver=one.resolver, setting=one.setting)
+        means = {sizes[name]: figures(mine.where(sequence=name)).mean for name in mine.names("sequence")}
+        points = sorted((size, mean) for size, mean in means.items() if np.isfinite(mean))
+        if len(points) > 1:
+            slope = np.polyfit(*np.log(np.array(points)).T, 1)[0]
+            ends = [f"{size}: {micro(mean)}" for size, mean in (points[0], points[-1])]
+            lines.append((one.resolver, one.setting, f"{slope:.2f}", *ends))
+    heading = "resolver", "setting", "exponent", "from [µs]", "to [µs]"
+    return Table("Growth with the number of joints", note, heading, tuple(lines))
 
 
 def _by_set(rows: Results) -> Table:

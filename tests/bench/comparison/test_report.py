@@ -56,6 +56,11 @@ def write(folder: Path, cells: dict[tuple[str, str], list[dict[str, Any]]], chec
     return read_results(folder)
 
 
+def table_of(rows: Results, title: str) -> tuple[tuple[str, ...], ...]:
+    """Return the lines of a table of the first page."""
+    return next(table.rows for table in short_tables(rows) if table.title == title)
+
+
 def row(verdict: str, distance: float, seconds: float) -> dict[str, Any]:
     claim = {"claimed": verdict != "no claim", "verdict": verdict, "status": "SOLVED"}
     return claim | {"distance": distance, "cpu": seconds, "wall": 2 * seconds}
@@ -98,6 +103,31 @@ def test_profiles_count_proven_answers_only(tmp_path: Path) -> None:
     np.testing.assert_allclose(ratios["active-set", "cold"], [1.0, 1.0])
     np.testing.assert_allclose(ratios["hqp/x", "cold"], [2.0, np.inf])
     np.testing.assert_allclose(ratios["pinv", "cold"], [np.inf, np.inf])
+
+
+def test_what_answers_give_up_is_counted(tmp_path: Path) -> None:
+    """By hand: half of the answers are worse at level 1, by 0.5 at most; 3 rows change in the mean."""
+    kept = {"outside": 0.0, "regret": 0.0, "level": 0, "changes": -1}
+    broken = {"outside": 1e-3, "regret": 0.5, "level": 1, "changes": 3}
+    rows = [row("proven", 0.0, 1e-6) | kept, row("refuted", 1.0, 1e-6) | broken]
+    table = table_of(write(tmp_path, {("easy", "hqp/x"): rows}), "Limits, priorities and active sets")
+    assert table == (("hqp/x", "cold", "1.0e-03", "50 %", "0 %", "5.0e-01", "3"),)
+
+
+def test_the_exponent_of_growth_is_that_of_the_times(tmp_path: Path) -> None:
+    """Times that grow with the square of the number of joints, from 7 to 28 joints."""
+    of = about("snakes") | {"unknowns": {"a": 7, "b": 14, "c": 28}}
+    lines = [json.dumps({"conditions": CONDITIONS | {"sets": {"snakes": of}}})]
+    for name, seconds in (("a", 0.01), ("b", 0.04), ("c", 0.16)):
+        filled = [BLANK | {"index": 0, "reference": "rational"} | row("proven", 0.0, seconds)]
+        cell = {"set": "snakes", "sequence": name, "resolver": "hqp/x", "setting": "cold"}
+        rows = {key: [one[key] for one in filled] for key in BLANK}
+        lines.append(json.dumps({"cell": cell, "rows": rows}))
+    (tmp_path / FILE).write_text("\n".join(lines) + "\n")
+    ((_, _, exponent, first, last),) = table_of(read_results(tmp_path), "Growth with the number of joints")
+    assert float(exponent) == pytest.approx(2.0, abs=0.01)  # the mean has a shift of 10 µs
+    assert first.startswith("7:")
+    assert last.startswith("28:")
 
 
 def test_an_answer_without_a_known_optimum_proves_no_accuracy(tmp_path: Path) -> None:
