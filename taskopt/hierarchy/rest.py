@@ -42,14 +42,35 @@ from taskopt.jit import kernel, kernel_apart
 _ROUNDS = 60  # of the fixed point of ε²; its first value is an upper bound, and each round lowers it
 
 
+Parts = tuple[Array, Array, Array]
+"""Singular values of a level, see `parts_of`."""
+
+
+@kernel_apart
+def parts_of(A: Array, free: Array) -> Parts:
+    """Compute the singular values of a level within the directions that are free to it.
+
+    Args:
+        A: Rows of the level, each times √w, (m, n).
+        free: Orthonormal basis of the directions that are free, one in each row, (f, n).
+
+    Returns:
+        U, σ in falling order and Vᵀ of A Zᵀ, with the directions Z; the last dimension is min(m, f).
+    """
+    if A.shape[0] == 0 or free.shape[0] == 0:
+        return np.zeros((A.shape[0], 0)), np.zeros(0), np.zeros((0, free.shape[0]))
+    return singular_values(_turned(A, free))
+
+
 @kernel_apart
 def damped_directions(
-    A: Array, b: Array, group: IntArray, free: Array, taken: int, dt: float, rows: Array
+    A: Array, parts: Parts, b: Array, group: IntArray, free: Array, taken: int, dt: float, rows: Array
 ) -> tuple[float, float, int]:
     """Find the damping of one level.
 
     Args:
         A: Rows of the level, each times √w, (m, n).
+        parts: Their singular values, see `parts_of`.
         b: Right-hand sides, each times √w, less what the held directions contribute, (m,).
         group: Number of the group of each curved row, by task and unit, from 1 on; 0 or less for a row that
             is not curved, (m,). The rows of a group stand together.
@@ -67,7 +88,7 @@ def damped_directions(
     levers = _levers(A, group)
     if m == 0 or f == 0 or levers.max() == 0.0:
         return 0.0, 0.0, 0
-    U, sigma, Vt = singular_values(_turned(A, free))
+    U, sigma, Vt = parts
     weak = sigma.size - taken  # the first of them may be damped
     if weak <= 0:
         return 0.0, 0.0, 0
@@ -100,11 +121,14 @@ def damped_directions(
 
 
 @kernel_apart
-def swing_below(A: Array, group: IntArray, free: Array, pull: Array, limit: float, dt: float) -> float:
+def swing_below(
+    A: Array, parts: Parts, group: IntArray, free: Array, pull: Array, limit: float, dt: float
+) -> float:
     """Bound what the bending of a level adds to the second derivative of the cost of the level below.
 
     Args:
         A: Rows of the level, each times √w, (m, n).
+        parts: Their singular values, see `parts_of`.
         group: As of `damped_directions`.
         free: Orthonormal basis of the directions that are free to the level, one in each row, (f, n).
         pull: Gradient A₂ᵀ (A₂ x − b₂) of the cost of the level below, (n,).
@@ -118,7 +142,7 @@ def swing_below(A: Array, group: IntArray, free: Array, pull: Array, limit: floa
     levers = _levers(A, group)
     if m == 0 or free.shape[0] == 0 or levers.max() == 0.0:
         return 0.0
-    U, sigma, Vt = singular_values(_turned(A, free))
+    U, sigma, Vt = parts
     prices, row, near = np.zeros(m), np.empty(n), NEAR_LOSS * levers.max()
     for a in range(sigma.size):
         if DEPENDENT_DIRECTION * near < sigma[a] < near:

@@ -5,7 +5,7 @@ import numpy as np
 from taskopt.arrays import Array, IntArray, Mask, StateArray
 from taskopt.hierarchy.directions import null_space
 from taskopt.hierarchy.rank_doubt import near_limits
-from taskopt.hierarchy.rest import damped_directions, rank_within, swing_below
+from taskopt.hierarchy.rest import Parts, damped_directions, parts_of, rank_within, swing_below
 from taskopt.hierarchy.tolerances import FREE_DIRECTION_WEIGHT, ZERO_ROW
 from taskopt.hierarchy.view import Rows, view_box, view_rows
 from taskopt.jit import kernel, kernel_apart
@@ -128,14 +128,13 @@ def damp_free(
             free = _moving(problem, kinds, k)
             for j in range(n):
                 free[j] &= held[j] == 0
-            basis = null_space(decided, count, free)
-            taken = _taken(level[0], (decided, hard, count), free, basis)
-            limit, gate, r = _damp_level(problem, level, x, basis, taken, places[0, k], dt)
+            found_in, taken = _directions(level[0], (decided, hard, count), free)
+            limit, gate, r = _damp_level(problem, level, x, found_in, taken, places[0, k], dt)
             thresholds[k], below = limit, 0.0
             count = _append(problem.A[places[0, k] : places[0, k] + r], decided, count)
             if places[1, k] >= 0:
                 next_rows = _rows_that_hold(problem, kinds, state, k + 1)
-                below = max(FREE_DIRECTION_WEIGHT * gate, _swing(level, basis, next_rows, x, limit, dt))
+                below = max(FREE_DIRECTION_WEIGHT * gate, _swing(level, found_in, next_rows, x, limit, dt))
             if below > 0.0:
                 after = _append(level[0], decided, count)
                 _damp_below(problem, k + 1, null_space(decided, after, free), below, places[1, k])
@@ -202,18 +201,20 @@ def _rows_that_hold(
 
 
 @kernel
-def _taken(A: Array, decided: tuple[Array, int, int], free: Mask, basis: Array) -> int:
-    """Return the number of directions that rows lack because levels before, not hard rows, decide them."""
+def _directions(A: Array, decided: tuple[Array, int, int], free: Mask) -> tuple[tuple[Parts, Array], int]:
+    """Return the singular values of rows within the directions that are free to them, and these directions;
+    and how many the rows lack because levels before, not hard rows, decide them."""
     rows, hard, count = decided
-    if count == hard:
-        return 0
-    return max(0, rank_within(A, null_space(rows, hard, free)) - rank_within(A, basis))
+    basis, taken = null_space(rows, count, free), 0
+    if count > hard:
+        taken = max(0, rank_within(A, null_space(rows, hard, free)) - rank_within(A, basis))
+    return (parts_of(A, basis), basis), taken
 
 
 @kernel
 def _swing(
-    level: tuple[Array, Array, IntArray], basis: Array, below: tuple[Array, Array, IntArray], x: Array,
-    limit: float, dt: float,
+    level: tuple[Array, Array, IntArray], found_in: tuple[Parts, Array],
+    below: tuple[Array, Array, IntArray], x: Array, limit: float, dt: float,
 ) -> float:  # fmt: skip
     """Return the weight that damps the free directions of a level, relative to the rows of the level below.
 
@@ -229,17 +230,17 @@ def _swing(
                 pull[j] += A[i, j] * left
     if heaviest == 0.0:
         return 0.0
-    swing = swing_below(level[0], level[2], basis, pull, limit, dt)
+    swing = swing_below(level[0], found_in[0], level[2], found_in[1], pull, limit, dt)
     return min(max(0.0, swing / heaviest - 1.0), FREE_DIRECTION_WEIGHT)
 
 
 @kernel
 def _damp_level(
-    problem: Rows, level: tuple[Array, Array, IntArray], x: Array, basis: Array, taken: int, place: int,
-    dt: float,
+    problem: Rows, level: tuple[Array, Array, IntArray], x: Array, found_in: tuple[Parts, Array], taken: int,
+    place: int, dt: float,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Write the rows that damp a level whose rows of damping begin at `place`; see `damped_directions`."""
-    A, b, group = level
+    (A, b, group), (parts, basis) = level, found_in
     rest, inside = x.copy(), 0.0
     for f in range(basis.shape[0]):
         inside = 0.0
@@ -250,7 +251,8 @@ def _damp_level(
     for i in range(b.size):
         for j in range(x.size):
             b[i] -= A[i, j] * rest[j]
-    limit, gate, r = damped_directions(A, b, group, basis, taken, dt, problem.A[place : place + x.size])
+    rows = problem.A[place : place + x.size]
+    limit, gate, r = damped_directions(A, parts, b, group, basis, taken, dt, rows)
     _close(problem, place, r)
     return limit, gate, r
 

@@ -36,7 +36,7 @@ from taskopt.arrays import Array, StateArray
 from taskopt.hierarchy.directions import null_space, singular_values
 from taskopt.hierarchy.multipliers import certify_velocity
 from taskopt.hierarchy.rank_doubt import new_watch, rank_in_doubt
-from taskopt.hierarchy.rest import damped_directions
+from taskopt.hierarchy.rest import damped_directions, parts_of
 from taskopt.kinematics.limit.bound_distance import SpeedBounds
 from taskopt.loop.rest import Rest
 from taskopt.loop.rest_again import damp_again
@@ -314,7 +314,7 @@ def found_directions(A: Array, b: Array, free: Array, dt: float = DT) -> tuple[f
     """ε², the gate, and the rows of damping of a level whose rows are of one group."""
     rows = np.full((len(A), A.shape[1]), np.nan)
     group = np.ones(len(A), dtype=np.int64)
-    threshold, gate, count = damped_directions(A, b, group, free, 0, dt, rows)
+    threshold, gate, count = damped_directions(A, parts_of(A, free), b, group, free, 0, dt, rows)
     return threshold, gate, rows[:count]
 
 
@@ -349,8 +349,9 @@ def test_what_can_be_met_is_not_damped() -> None:
     assert found_directions(A, A @ rng.standard_normal(6), np.eye(6), 1e-3)[0] == 0.0
     assert found_directions(A, np.ones(3), np.zeros((0, 6)))[0] == 0.0
     straight, rows = np.zeros(3, dtype=np.int64), np.zeros((3, 6))
-    assert damped_directions(A[:, :1], np.ones(3), straight, np.eye(1), 0, DT, rows[:, :1])[0] == 0.0
-    assert damped_directions(A[:, :1], np.ones(3), straight + 1, np.eye(1), 0, 1e3, rows[:, :1])[0] > 0.0
+    column = A[:, :1], parts_of(A[:, :1], np.eye(1)), np.ones(3)
+    assert damped_directions(*column, straight, np.eye(1), 0, DT, rows[:, :1])[0] == 0.0
+    assert damped_directions(*column, straight + 1, np.eye(1), 0, 1e3, rows[:, :1])[0] > 0.0
     nearly = np.array([[1.0, 0.0, 0.0], [1.0, 1e-4, 0.0]])
     assert found_directions(nearly, np.array([1.0, -1.0]), np.eye(3))[0] > 1e-3
 
@@ -360,7 +361,8 @@ def test_directions_that_levels_before_have_are_no_loss_of_rank() -> None:
     A, group = np.array([[1.0, 0.0], [0.0, 0.0]]), np.ones(2, dtype=np.int64)
     rows = np.zeros((2, 2))
     for taken, count in ((0, 1), (1, 0)):
-        assert damped_directions(A, np.ones(2), group, np.eye(2), taken, DT, rows)[2] == count
+        level = A, parts_of(A, np.eye(2)), np.ones(2)
+        assert damped_directions(*level, group, np.eye(2), taken, DT, rows)[2] == count
 
 
 @pytest.mark.parametrize("seed", range(40))
