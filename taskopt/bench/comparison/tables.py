@@ -128,7 +128,8 @@ def _growth(snakes: Results) -> Table:
         means = {sizes[name]: figures(mine.where(sequence=name)).mean for name in mine.names("sequence")}
         points = sorted((size, mean) for size, mean in means.items() if np.isfinite(mean))
         if len(points) > 1:
-            slope = np.polyfit(*np.log(np.array(points)).T, 1)[0]
+            joints, times = np.log(np.array(points)).T
+            slope = np.polyfit(joints, times, 1)[0]
             ends = [f"{size}: {micro(mean)}" for size, mean in (points[0], points[-1])]
             lines.append((one.resolver, one.setting, f"{slope:.2f}", *ends))
     heading = "resolver", "setting", "exponent", "from [µs]", "to [µs]"
