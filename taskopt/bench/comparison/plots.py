@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from taskopt.bench.comparison.results import Results, all_figures, figures, profile
+from taskopt.bench.comparison.results import Results, all_figures, figures, growth, profile
 
 _KEPT = 12  # curves of one figure; those that are worse are in the tables
 _SIZE = (7.5, 4.6)  # [inch]
@@ -140,15 +140,11 @@ def _tails(axes: Axes, rows: Results) -> None:
 
 def _growth(axes: Axes, rows: Results) -> None:
     """Draw the time of each resolver against the number of unknowns."""
-    sizes = rows.conditions["sets"]["snakes"]["unknowns"]
     order = sorted(all_figures(rows), key=lambda one: (-one.proven, one.mean))[:_KEPT]
     for index, one in enumerate(order):
-        mine = rows.where(resolver=one.resolver, setting=one.setting)
-        points = [
-            (sizes[name], 1e6 * figures(mine.where(sequence=name)).mean) for name in mine.names("sequence")
-        ]
+        points = [(size, 1e6 * mean) for size, mean in growth(rows, one)]
         axes.plot(
-            *zip(*sorted(points), strict=True),
+            *zip(*points, strict=True),
             marker=".",
             label=f"{one.resolver} {one.setting}",
             **_style(index),

@@ -168,6 +168,21 @@ class Figures:
     failed: int
 
 
+def growth(snakes: Results, one: Figures) -> list[tuple[int, float]]:
+    """Return how the time of a resolver grows.
+
+    Args:
+        snakes: Rows of the set "snakes".
+        one: The figures that name the resolver and its setting.
+
+    Returns:
+        Number of unknowns, and mean processor time [s], NaN where there is none; by number of unknowns.
+    """
+    sizes = snakes.conditions["sets"]["snakes"]["unknowns"]
+    mine = snakes.where(resolver=one.resolver, setting=one.setting)
+    return sorted((sizes[name], figures(mine.where(sequence=name)).mean) for name in mine.names("sequence"))
+
+
 def figures(rows: Results) -> Figures:
     """Compute the figures of rows of one resolver in one setting.
 

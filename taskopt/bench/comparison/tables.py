@@ -7,7 +7,7 @@ import numpy as np
 
 from taskopt.bench.comparison.findings import is_reliable
 from taskopt.bench.comparison.problem_set import SHOWN
-from taskopt.bench.comparison.results import Figures, Results, all_figures, figures
+from taskopt.bench.comparison.results import Figures, Results, all_figures, figures, growth
 from taskopt.bench.comparison.words import digits, micro, share
 
 
@@ -117,16 +117,13 @@ def _given_up(rows: Results) -> Table:
 
 def _growth(snakes: Results) -> Table:
     """Make the table of the exponents with which the time grows with the number of joints."""
-    sizes = snakes.conditions["sets"]["snakes"]["unknowns"]
     note = (
         "Planar arms whose tip follows a circle. exponent: slope of the logarithm of the mean processor time "
         "over that of the number of joints, by least squares; from, to: the smallest and the largest arm."
     )
     lines = []
     for one in all_figures(snakes):
-        mine = snakes.where(resolver=one.resolver, setting=one.setting)
-        means = {sizes[name]: figures(mine.where(sequence=name)).mean for name in mine.names("sequence")}
-        points = sorted((size, mean) for size, mean in means.items() if np.isfinite(mean))
+        points = [(size, mean) for size, mean in growth(snakes, one) if np.isfinite(mean)]
         if len(points) > 1:
             joints, times = np.log(np.array(points)).T
             slope = np.polyfit(joints, times, 1)[0]
