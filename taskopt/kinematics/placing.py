@@ -15,14 +15,13 @@ from taskopt.arrays import Array, IntArray
 from taskopt.jit import kernel, kernel_apart
 from taskopt.kinematics.engine import JointModel
 from taskopt.kinematics.lie import exp_terms
+from taskopt.kinematics.robot.joints import kind_and_axis
 from taskopt.kinematics.robot.robot import Robot
 
 REVOLUTE, CONTINUOUS, PRISMATIC, FREE = 0, 1, 2, 3  # CONTINUOUS: cosine and sine stand in q
 KIND, PARENT, AT_Q, AT_V = 0, 1, 2, 3  # columns of the table of joints
 AXIS = 12  # the twelve numbers before are the placement of the joint
-_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-_ALIGNED = {"R": REVOLUTE, "RUB": CONTINUOUS, "P": PRISMATIC}
-_UNALIGNED = {"RevoluteUnaligned": REVOLUTE, "PrismaticUnaligned": PRISMATIC}
+_NUMBERS = {"revolute": REVOLUTE, "continuous": CONTINUOUS, "prismatic": PRISMATIC}
 
 
 def joint_tables(robot: Robot) -> tuple[IntArray, Array] | None:
@@ -51,13 +50,10 @@ def joint_tables(robot: Robot) -> tuple[IntArray, Array] | None:
 
 def _kind_and_axis(joint: JointModel) -> tuple[int, Array] | None:
     """Return the kind of a joint and its axis (3,); None if the kernels do not know it."""
-    name = joint.shortname().removeprefix("JointModel")
-    if name == "FreeFlyer":
+    if joint.shortname() == "JointModelFreeFlyer":
         return FREE, np.zeros(3)
-    if name in _UNALIGNED:
-        return _UNALIGNED[name], np.array(joint.extract().axis)
-    kind, axis = _ALIGNED.get(name[:-1]), _AXES.get(name[-1:])
-    return None if kind is None or axis is None else (kind, np.array(axis))
+    found = kind_and_axis(joint)
+    return None if found is None else (_NUMBERS[found[0]], found[1])
 
 
 @kernel_apart

@@ -18,9 +18,10 @@ from taskopt.jit.pack import load, spread, store
 from taskopt.kinematics.engine import JointModel
 from taskopt.kinematics.lockstep.functions import sine_cosine
 from taskopt.kinematics.robot import Robot
+from taskopt.kinematics.robot.joints import kind_and_axis
 
 REVOLUTE, PRISMATIC = 0, 1
-_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_NUMBERS = {"revolute": REVOLUTE, "prismatic": PRISMATIC}
 
 
 class Chain(NamedTuple):
@@ -116,15 +117,14 @@ def homogeneous(numbers: Array) -> Array:
 
 def _kind_and_axis(robot: Robot, name: str, joint: JointModel) -> tuple[int, Array]:
     """Return the kind and the axis of a joint, or raise an error that names it."""
-    found = joint.shortname().removeprefix("JointModel")
-    kinds = {"R": REVOLUTE, "RevoluteUnaligned": REVOLUTE, "P": PRISMATIC, "PrismaticUnaligned": PRISMATIC}
-    kind, letter = (found, "") if found in kinds else (found[:-1], found[-1])
-    if kind not in kinds or (not letter and kind in "RP"):
+    found = kind_and_axis(joint)
+    if found is None or found[0] not in _NUMBERS:
         raise InvalidValue(
             f"a batch takes revolute and prismatic joints with one coordinate, and {name} of {robot.name} is "
-            f"of Pinocchio's kind {found}; lock it, or use a Controller for each robot"
+            f"of Pinocchio's kind {joint.shortname().removeprefix('JointModel')}; lock it, or use a "
+            "Controller for each robot"
         )
-    return kinds[kind], np.array(_AXES[letter] if letter else joint.extract().axis)
+    return _NUMBERS[found[0]], found[1]
 
 
 def _onto_z(axis: Array) -> Array:

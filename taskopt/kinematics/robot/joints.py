@@ -28,6 +28,28 @@ _UNIT_NORM = {  # the part of the joint's q that has norm 1
 }
 
 
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_ALIGNED = {"R": "revolute", "RUB": "continuous", "P": "prismatic"}
+_UNALIGNED = {"RevoluteUnaligned": "revolute", "PrismaticUnaligned": "prismatic"}
+
+
+def kind_and_axis(joint: JointModel) -> tuple[str, Array] | None:
+    """Return the kind of a joint with one axis, and that axis.
+
+    Args:
+        joint: The joint.
+
+    Returns:
+        "revolute", "continuous" (turns, and has cosine and sine in q) or "prismatic", and the axis in the
+        frame of the joint (3,); None for a joint of another kind.
+    """
+    name = joint.shortname().removeprefix("JointModel")
+    if name in _UNALIGNED:
+        return _UNALIGNED[name], np.array(joint.extract().axis)
+    kind, axis = _ALIGNED.get(name[:-1]), _AXES.get(name[-1:])
+    return None if kind is None or axis is None else (kind, np.array(axis))
+
+
 @dataclass(frozen=True, eq=False)
 class JointTable:
     """Names, units and limits of all velocities of a robot, in Pinocchio's order.
