@@ -72,8 +72,14 @@ class Remote:
         self._process.wait()
 
 
-def hand_over(case: cases.BenchmarkCase) -> Path:
-    """Write the case into a temporary folder, and return that folder."""
+def hand_over(case: cases.BenchmarkCase, dt: float = cases.DT, gain: float = cases.GAIN * cases.DT) -> Path:
+    """Write the case into a temporary folder, and return that folder.
+
+    Args:
+        case: The case.
+        dt: Δt [s].
+        gain: Share of its error that the hand makes up in a tick.
+    """
     folder = Path(tempfile.mkdtemp(prefix=f"taskopt-{case.name}-"))
     robot, weights = case.robot, cases.weights(case.name)
     floating = robot.nq != robot.nv
@@ -85,8 +91,8 @@ def hand_over(case: cases.BenchmarkCase) -> Path:
     told = {
         "hand": case.frame,
         "hard": "h" in case.name,
-        "dt": cases.DT,
-        "gain": cases.GAIN * cases.DT,
+        "dt": dt,
+        "gain": gain,
         "damping": cases.DAMPING,
         "kappa": cases.POSITION_GAIN,
         "weights": weights,
@@ -100,12 +106,6 @@ def hand_over(case: cases.BenchmarkCase) -> Path:
     robots = distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
     _write_bare(Path(str(robots)) / SHIPPED[robot.name], folder / "robot.urdf", told["speeds"])
     return folder
-
-
-def retimed(folder: Path, dt: float, gain: float) -> None:
-    """Give a case that was handed over another period [s], and another share of the error per tick."""
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    (folder / "case.json").write_text(json.dumps({**case, "dt": dt, "gain": gain}), encoding="utf-8")
 
 
 def hand_over_rows(problems: Sequence[Hierarchy]) -> Path:

@@ -22,13 +22,12 @@ import numpy as np
 from accept import rest as ours
 from cases import BenchmarkCase, benchmark_case
 from peers.environments import PEERS, installed, interpreter
-from peers.handed import HERE, hand_over, retimed
+from peers.handed import HERE, hand_over
 
 from taskopt import Configuration
 from taskopt.arrays import Array
 
 NAMES = ("pink", "mink")
-KINDS = ours.KINDS[:4]
 TICKS = round(ours.SECONDS / ours.PERIOD)
 OUTPUT = Path(__file__).with_suffix(".txt")
 
@@ -37,9 +36,7 @@ def handed(targets: list[Array]) -> tuple[BenchmarkCase, Path]:
     """Write the targets as a case for the peers, and return both."""
     _, start, frame = ours.subject("panda")
     case = replace(benchmark_case("W1", 1), q0=start, frame=frame, poses=targets)
-    folder = hand_over(case)
-    retimed(folder, ours.PERIOD, ours.GAIN * ours.PERIOD)
-    return case, folder
+    return case, hand_over(case, ours.PERIOD, ours.GAIN * ours.PERIOD)
 
 
 def outcomes(case: BenchmarkCase, kinds: list[str], answers: Array) -> list[ours.Outcome]:
@@ -51,11 +48,8 @@ def outcomes(case: BenchmarkCase, kinds: list[str], answers: Array) -> list[ours
             continue
         jumps = np.abs(np.diff(velocities, axis=0)).max(axis=1)[-round(1.0 / ours.PERIOD) :]
         q = case.q0 + ours.PERIOD * velocities.sum(axis=0)
-        error = float(np.linalg.norm(ours.error_of(Configuration(case.robot, q).pose(case.frame), pose)))
-        best = np.nan
-        if error >= ours.SMALL_ERROR:
-            best = ours.best_error(case.robot, case.frame, pose, q)
-        found.append(ours.Outcome(kind, float(jumps.max()), error, best, 0.0))
+        end = Configuration(case.robot, q)
+        found.append(ours.ended(kind, end, case.frame, pose, float(jumps.max())))
     return found
 
 
@@ -66,7 +60,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=200, help="of which the first four kinds are run")
     options = parser.parse_args()
     jobs = [(ours.KINDS[i % len(ours.KINDS)], i) for i in range(options.targets)]
-    jobs = [(kind, i) for kind, i in jobs if kind in KINDS]
+    jobs = [(kind, i) for kind, i in jobs if kind in ours.COMPARED]
     case, folder = handed([ours.target("panda", kind, i)[0] for kind, i in jobs])
     tables = []
     for name in sorted(installed(options.peers).keys() & set(NAMES)):
